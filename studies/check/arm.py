@@ -400,13 +400,16 @@ def _torque_cap(k: int, cap: float, replayed: LockedMotion, driving: DrivingColu
         slack = float(driving.recovered[k].band(0)[1].max())
 
     held = value - slack <= cap * (1 + CAP_EXCESS)
-    more = "" if held else f", broken by {100 * (value / cap - 1):.3g} %"
+    decided = not held or value + slack <= cap * (1 + CAP_EXCESS)
+    more = "" if decided else ", not decided within the noise"
+    if not held:
+        more = f", broken by {100 * (value / cap - 1):.3g} %"
     noise = f" +- {slack:.3g}" if slack else ""
     sentence = (
         f"{outcome(held)}: {name} {value:.6g}{noise} N m at "
         f"{run.times[place]:.5g} s (cap {cap:.6g}{more})"
     )
-    return Criterion(name, "N m", value, cap, held, sentence)
+    return Criterion(name, "N m", value, cap, held, sentence, decided)
 
 
 def _noise(driving: DrivingColumns) -> list[str]:

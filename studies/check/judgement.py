@@ -22,6 +22,14 @@ def verdict_of(checks: Sequence[Criterion], size: str) -> Verdict:
     size : what it comes to, in words.
     """
     failed = [check for check in checks if not check.passed]
+    undecided = [check for check in checks if not check.decided]
+    if not failed and undecided:
+        named = "; ".join(c.sentence.removeprefix(f"{outcome(True)}: ") for c in undecided)
+        return Verdict(
+            "measured",
+            f"measured: breaks none of {len(checks)} checks for certain, {len(undecided)} not "
+            f"decided: {named}; {size}",
+        )
     if not failed:
         return Verdict("measured", f"measured: keeps all {len(checks)} checks; {size}")
 

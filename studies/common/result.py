@@ -85,6 +85,7 @@ class Criterion:
         has no number.
     passed : whether it is met.
     sentence : in words; made from the others where it is not given.
+    decided : whether all that the value may be, as by noise, passes or fails alike.
     """
 
     name: str
@@ -93,6 +94,7 @@ class Criterion:
     limit: float
     passed: bool
     sentence: str = ""
+    decided: bool = True
 
     def __post_init__(self) -> None:
         if not self.sentence:

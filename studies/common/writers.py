@@ -96,9 +96,18 @@ def _findings(result: Result, with_checks: bool = True) -> list[str]:
     lines = [f"verdict: {result.verdict.sentence}", *result.remarks, *_cost_lines(result)]
     if with_checks and result.checks:
         failed = [check.sentence for check in result.checks if not check.passed]
-        word = "checks" if result.verdict.kind == "unverified" else "verified"
-        lines += failed or [f"{word}: all {len(result.checks)} checks passed"]
+        decided = all(check.decided for check in result.checks)
+        word = "verified" if decided and result.verdict.kind != "unverified" else "checks"
+        lines += failed or [f"{word}: {_none_failed(result)}"]
     return lines
+
+
+def _none_failed(result: Result) -> str:
+    """What to say of checks none of which failed."""
+    count, left = len(result.checks), sum(not check.decided for check in result.checks)
+    return (
+        f"all {count} checks passed" if not left else f"{count - left} passed, {left} not decided"
+    )
 
 
 def _cost_lines(result: Result) -> list[str]:

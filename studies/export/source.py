@@ -175,7 +175,8 @@ def _arm_source(result: Result) -> Source:
     joints = [name for name in joints if f"{name}_rate" in series]
     if not joints:
         raise StudyError(
-            f"a result of the kind '{result.kind}' holds no angle of a joint over time; "
+            f"a result of the kind '{result.kind}' holds no motion that a drive could follow; take "
+            "--to csv, json or mat without --step, --points and --drive for what is stored, or "
             "export the result of antenna-ocp arm solve"
         )
 

@@ -20,6 +20,7 @@ from studies.cli import main
 from studies.common.columns import Dialect, read_csv
 from studies.common.exit_codes import ExitCode
 from studies.common.result import Result
+from studies.common.writers import outcome_text
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, profile
@@ -146,6 +147,22 @@ def test_a_study_of_least_time_lends_its_caps(aims: str, tmp_path: Path, capsys)
     assert code == ExitCode.OK
     told = "least time, and the profile takes 140 s" in capsys.readouterr().out
     assert told == ("energy" not in aims)
+
+
+@pytest.mark.parametrize("part", [0.99, 1.01], ids=["drawn above", "drawn below"])
+def test_a_cap_within_the_noise_is_named_as_not_decided(part: float, tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", *noisy(BEZIER, 1e-3, 281, seed=1))
+    cap = part * check(path).value("peak-acceleration")
+    result = check(path, acceleration=cap)
+    assert result.passed
+    assert "breaks none of" in result.verdict.sentence
+    assert "1 not decided: peak angular acceleration" in result.verdict.sentence
+    said = outcome_text(result)
+    assert "1 not decided" in said
+    assert "verified" not in said
+    far = check(path, acceleration=2 * cap)
+    assert "keeps all" in far.verdict.sentence
+    assert "verified: all" in outcome_text(far)
 
 
 def test_seconds_that_are_headed_ms_are_told_from_the_length(tmp_path: Path, capsys) -> None:
