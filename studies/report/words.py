@@ -9,7 +9,7 @@ import numpy as np
 
 from studies.common.comparison_table import OUTSTANDING, WORSE, TableRow
 from studies.common.console import number
-from studies.common.result import Result
+from studies.common.result import Criterion, Result
 
 # kind of study: what it is about, where its name does not say so
 _ABOUT = {
@@ -218,6 +218,14 @@ def compared(result: Result) -> bool:
     return several and any(row.better != "neither" for row in result.table)
 
 
+def _passed(checks: Sequence[Criterion]) -> str:
+    """What to say of checks none of which failed."""
+    open_still = [check.sentence for check in checks if not check.decided]
+    if not open_still:
+        return f"{_all(len(checks))} passed; see Verification."
+    return f"{len(open_still)} of {len(checks)} checks are not decided: {'; '.join(open_still)}."
+
+
 def rests_on(result: Result) -> list[str]:
     """Why the verdict may be believed, and how far."""
     means = {**_MEANS, **_MEANS_OF_CASES} if result.kind == CASES else _MEANS
@@ -229,7 +237,7 @@ def rests_on(result: Result) -> list[str]:
             f"{len(failed)} of {len(checks)} checks failed: "
             + "; ".join(check.sentence for check in failed)
             if failed
-            else f"{_all(len(checks))} passed; see Verification."
+            else _passed(checks)
         )
     sentences += _starts(result.details.get("starts"), result.details.get("basins"))
     accuracy = result.details.get("accuracy")

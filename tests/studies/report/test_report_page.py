@@ -18,7 +18,7 @@ from studies.common.exit_codes import StudyError
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.common.scene.chain_shapes import read_shapes
 from studies.common.scene.moving_picture import hermite
-from studies.report import assets
+from studies.report import assets, words
 from studies.report.charts import charts_of_arrays, value_range
 from studies.report.comparison import beside
 from studies.report.html import element, typeset
@@ -337,3 +337,9 @@ def test_a_missing_or_changed_asset_is_an_error(monkeypatch, tmp_path, result):
 
 def test_a_result_without_shapes_has_none(result):
     assert read_shapes(result) is None
+
+
+def test_checks_that_noise_leaves_open_are_named(result):
+    open_still = Criterion("force", "N", 1.0, 1.1, True, "passed: force 1 N (cap 1.1)", False)
+    sentences = words.rests_on(dataclasses.replace(result, checks=(*result.checks, open_still)))
+    assert any("are not decided: passed: force 1 N (cap 1.1)" in sentence for sentence in sentences)
