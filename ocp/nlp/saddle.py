@@ -34,6 +34,10 @@ _CHANGES = (1e-3, 3e-2)
 # The same beside a degenerate saddle, from near which the solver would come back.
 _FAR_CHANGES = (0.1, 1.0)
 
+# Of the way down from an inflection: near it all is as the linear system says, farther away the
+# objective is far below.
+_PARTS_OF_WAY = (0.1, 0.4)
+
 # Scaled slope of the objective, and multipliers, up to which it is flat: what a solver leaves of
 # zero. And its scaled fall beside such a point that counts.
 _FLAT = 1e-7
@@ -147,6 +151,14 @@ def starts_beside(
     for size in _FAR_CHANGES if degenerate else _CHANGES:
         change = size * random.standard_normal(point.x.size)
         yield _beside(point, limits, change), _beside(point, limits, -change)
+
+
+def starts_along(
+    point: StartingPoint, limits: ProgramLimits, way: Array
+) -> Iterator[tuple[StartingPoint]]:
+    """Starts on the way down from an inflection, from where a solver does not come back."""
+    for part in _PARTS_OF_WAY:
+        yield (_beside(point, limits, part * way),)
 
 
 def without_standstill(solver: NlpSolver) -> NlpSolver:

@@ -7,6 +7,7 @@ multipliers of a peak's rows make up its weight (`peak_conditions`), and the one
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import casadi as ca
@@ -20,6 +21,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
 from ocp.refinement.better_motions.saddles import kind_of_stationary, lower_motion
+from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.settings import Settings
 from ocp.verification.conditions import Condition, Evidence
@@ -167,15 +169,18 @@ def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
         iterate.problem, Settings(), iterate.parameters, evaluator=evidence.evaluator
     )
     program, point, lower = iterate.transcription, StartingPoint.at(iterate), None
+    rounds: list[MeshIteration] = []
     gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
     try:
         kind = kind_of_stationary(meshes, program, point)
         if kind != "minimum":
-            lower = lower_motion(meshes, iterate, kind, [])
+            lower = lower_motion(meshes, iterate, kind, rounds)
     except Unbounded:
         gain, sentence = np.inf, "beside this motion the objective runs away"
     else:
         if lower is not None:
             gain = abs(lower.objective - iterate.objective) / iterate.objective_size
             sentence = "a motion beside this one, on its mesh, is better by this part"
+        elif kind == "inflection" and all(math.isnan(tried.objective) for tried in rounds):
+            gain, sentence = np.inf, "slope and curvature vanish, and no run from beside it ended"
     return Condition("curvature", gain, allowed.gain, sentence)

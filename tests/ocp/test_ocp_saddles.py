@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from itertools import chain
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from ocp import (
     TIME,
+    Between,
     Bound,
     Constant,
     Control,
@@ -23,10 +25,12 @@ from ocp import (
     certify,
     family,
     homotopy,
+    joined,
     solve,
 )
 from ocp.nlp.saddle import added_curvature, starts_beside
 from ocp.nlp.solver import StartingPoint
+from ocp.refinement.better_motions.saddles import kind_of_stationary
 
 PUSH = Constant("push", "1/s^2", 5.0)
 
@@ -207,6 +211,63 @@ def test_an_optimum_of_zero_is_flat_and_needs_no_other_run() -> None:
     assert found.objective == pytest.approx(0.0, abs=1e-9)
     assert len(found.mesh_iterations) <= 3
     assert certify(found).passed
+
+
+LEAST, MOST = Constant("least", "s", 0.0), Constant("most", "s", 1e3)
+OF_LOWER = "ocp.refinement.better_motions.saddles"
+
+
+def handed_over(factor: float) -> Problem:
+    """One metre from rest to rest; behind the switch the same control does more."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    switch, end = Between(0, 1e3), Between(0, 1e3)
+    first = Phase("first", {x: v, v: u}, {x: 0, v: 0}, end=switch)
+    then = Phase("then", {x: v, v: factor * u}, final={x: 1, v: 0}, start=switch, end=end)
+    cost = first.integral(u**2) + then.integral(u**2) + then.end_time
+    limits = [Bound("switch", first.end_time, "s", lower=LEAST, upper=MOST)]
+    return Problem("hand_over", [first, then], cost, links=joined(first, then), bounds=limits)
+
+
+@pytest.fixture(scope="module")
+def inflected() -> Solution:
+    """The motion whose control is zero at the switch, with half of the way on either side."""
+    half = math.sqrt(2.0)
+    return solve(handed_over(2.0), constants={LEAST: half, MOST: half})
+
+
+def test_where_slope_and_curvature_vanish_together_the_answer_is_left(inflected: Solution) -> None:
+    """The slope by the switch time is a square, so that a solver stops where the control is 0."""
+    assert inflected.objective == pytest.approx(math.sqrt(8.0), rel=1e-7)
+    found = solve(inflected.problem, guess=inflected)
+    # all of it with the stronger drive: 12 / (2^2 T^3) + T is least
+    assert found.objective == pytest.approx(4.0 / math.sqrt(3.0), rel=1e-6)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_a_certificate_refuses_an_inflection(
+    inflected: Solution, ends: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr("ocp.refinement.reviews.left_saddle.lower_motion", lambda *_: None)
+        stays = solve(inflected.problem, guess=inflected)
+    assert stays.objective == pytest.approx(math.sqrt(8.0), rel=1e-6)
+    if not ends:  # no run from beside it does
+        monkeypatch.setattr(f"{OF_LOWER}._found", lambda *_: None)
+    assert [check.name for check in certify(stays).checks if not check.passed] == ["curvature"]
+
+
+def test_a_switch_without_influence_is_no_inflection(monkeypatch: pytest.MonkeyPatch) -> None:
+    kinds: list[str] = []
+
+    def noted(*arguments: Any, **options: Any) -> str:
+        kinds.append(kind_of_stationary(*arguments, **options))
+        return kinds[-1]
+
+    monkeypatch.setattr("ocp.refinement.reviews.left_saddle.kind_of_stationary", noted)
+    found = solve(handed_over(1.0))
+    assert found.objective == pytest.approx(12.0 / 6.0**1.5 + math.sqrt(6.0), rel=1e-6)
+    assert set(kinds) == {"minimum"}
 
 
 def test_beside_a_saddle_the_objective_may_run_away(still: Solution) -> None:

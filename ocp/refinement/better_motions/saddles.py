@@ -8,15 +8,21 @@ first-order conditions hold at it. Then the solver is run again from points besi
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
+import numpy as np
+
+from ocp.arrays import Array
 from ocp.errors import Unbounded
 from ocp.nlp.failures import failure
+from ocp.nlp.inflection import inflection
 from ocp.nlp.saddle import (
     PATIENCE,
     added_curvature,
     fall_beside,
     is_degenerate_saddle,
+    starts_along,
     starts_beside,
     without_standstill,
 )
@@ -36,7 +42,7 @@ _FALL = 1e-3
 _MET = 1e-8
 
 # What a stationary point is, as far as could be told
-Stationary = Literal["minimum", "saddle", "degenerate saddle"]
+Stationary = Literal["minimum", "saddle", "degenerate saddle", "inflection"]
 
 
 def lower_motion(
@@ -49,7 +55,7 @@ def lower_motion(
     Parameters
     ----------
     answer : Iterate
-    kind : "saddle" or "degenerate saddle"
+    kind : all but "minimum"
         What `kind_of_stationary` says of it.
     rounds : list of MeshIteration
         Until now. What is tried is appended.
@@ -73,10 +79,9 @@ def lower_motion(
     sense = meshes.problem.sense
     least = meshes.settings.accuracy.objective * answer.objective_size
     solver = without_standstill(meshes.settings.solver).within(PATIENCE, math.inf)
-    degenerate = kind == "degenerate saddle"
-    for pair in starts_beside(point, meshes.limits(program), degenerate=degenerate):
+    for starts in _starts(meshes, program, point, kind):
         # one side may lead to a corner nearby, and the other one far down
-        found = [_found(meshes, solver, program, start, rounds) for start in pair]
+        found = [_found(meshes, solver, program, start, rounds) for start in starts]
         below = min(
             (each for each in found if each is not None),
             key=lambda each: sense * each.objective,
@@ -98,7 +103,7 @@ def kind_of_stationary(
 
     It may be a saddle where there is a concave kink, or IPOPT has to add curvature: some change may
     also leave the objective as it is. At a degenerate saddle the objective is flat, and lower
-    elsewhere.
+    elsewhere. At an inflection it falls to one side of a time or an unknown, and is flat there.
 
     Parameters
     ----------
@@ -119,9 +124,43 @@ def kind_of_stationary(
     kinked = bool(kinks_of(meshes.problem))
     if kinked and fall_beside(program.program, point, limits, parameters) > _FALL:
         return "saddle"
+    if _way_down(meshes, program, point) is not None:
+        return "inflection"
     if seems_least or added_curvature(program.program, point, limits, parameters) == 0:
         return "minimum"
     return "saddle"
+
+
+def _starts(
+    meshes: MeshSolver, program: Transcription, point: StartingPoint, kind: Stationary
+) -> Iterator[Sequence[StartingPoint]]:
+    """Where the solver is run again from, nearest first."""
+    limits = meshes.limits(program)
+    if kind != "inflection":
+        yield from starts_beside(point, limits, degenerate=kind == "degenerate saddle")
+        return
+    way = _way_down(meshes, program, point)
+    if way is not None:
+        yield from starts_along(point, limits, way)
+
+
+def _way_down(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> Array | None:
+    """The way down from an inflection along a free time or an unknown of the problem.
+
+    A phase that hands over to one in which the same control does more has such a point: the slope
+    by the time between them goes with the square of the control. It takes two phases, or an
+    unknown. The time of a single phase has no such reason to be one, and is not looked at.
+    """
+    columns = program.columns
+    if len(columns.phases) == 1 and columns.unknowns.size == 0:
+        return None
+    times = [phase.ends for phase in columns.phases if phase.ends is not None]
+    ends = np.concatenate([np.zeros(0, dtype=np.int64), *times])
+    along = np.concatenate([ends, columns.unknowns])
+    whole = float(np.ptp(point.x[ends])) if ends.size else 0.0
+    reaches = [np.full(ends.size, whole), np.maximum(np.abs(point.x[columns.unknowns]), 1.0)]
+    limits, constants = meshes.limits(program), meshes.parameters.vector
+    return inflection(program.program, point, limits, constants, along, np.concatenate(reaches))
 
 
 def _found(

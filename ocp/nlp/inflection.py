@@ -1,0 +1,173 @@
+"""Whether a stationary point is an inflection along one of its unknowns, and the way down from it.
+
+Fix one unknown at a value and make all others the best. The least objective is then a function of
+that value, and its slope vanishes at a stationary point. Where its curvature vanishes as well, the
+point may be an inflection, as that of ``t**3`` at 0: no condition of first or second order tells it
+from a minimum, and a solver that comes from above stops there.
+
+All others follow the unknown by the linear system of Karush, Kuhn and Tucker. Let ``dz`` be their
+slopes by it, those of the multipliers included. The curvature of the least objective is that of the
+Lagrangian along ``dz``. By the "2n + 1" rule its third derivative is how that curvature changes
+along ``dz`` (A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, chapter 13).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array, Integers
+from ocp.nlp.solver import StartingPoint
+from ocp.transcription.kernels import Program
+from ocp.transcription.transcribe import ProgramLimits
+
+# A cubic that has a minimum has a hill beside it, behind which it falls. Where that is lower than
+# this part of the objective, the point is an inflection or next to one: the way beyond is tried.
+_HILL = 1e-4
+
+# How far the cubic has to fall behind the hill where the unknown changes by its reach, as a part of
+# the objective. Less may be what rounding makes of an unknown without influence.
+_FALL = 1e-3
+
+# Part of the reach by which the unknown is changed to measure the third derivative
+_STEP = 1e-3
+
+# Scaled stiffness of a limit that is met, and what keeps the system regular where rows depend on
+# each other, or nothing on an unknown
+_STIFF = 1e10
+_REGULAR = 1e-10
+
+# Unknowns and rows up to which CasADi's factors take less than loading SciPy
+_SMALL = 1000
+
+# Scaled objective below which its size is no longer its own, and against a division by zero
+_LEAST_OBJECTIVE = 1e-3
+_TINY = 1e-300
+
+
+def inflection(
+    program: Program,
+    point: StartingPoint,
+    limits: ProgramLimits,
+    parameters: Array,
+    along: Integers,
+    reaches: Array,
+) -> Array | None:
+    """The way down from a stationary point that is an inflection along one of some unknowns.
+
+    Parameters
+    ----------
+    point : StartingPoint
+        With its multipliers.
+    along : (k,)
+        The columns of the unknowns that are looked at.
+    reaches : (k,)
+        How far each may reasonably change, scaled.
+
+    Returns
+    -------
+    (n,) or None
+        How all scaled unknowns change where that one changes by its reach, to first order; None
+        where the point is no inflection.
+    """
+    lower, upper = limits.columns
+    free = lower[along] < upper[along]
+    if point.multipliers is None or not free.any():
+        return None
+    beside = _Neighbourhood(program, point, limits, parameters)
+    size = max(abs(float(program.oracle(point.x, parameters)[0])), _LEAST_OBJECTIVE)
+    try:
+        followed = beside.slopes_by(along[free])
+    except RuntimeError:  # the system is singular, or holds no numbers
+        return None
+    for column, reach, slopes in zip(along[free], reaches[free], followed, strict=True):
+        curvature, third = beside.curvature(slopes), beside.third(slopes, _STEP * reach)
+        room = upper - point.x if third < 0.0 else point.x - lower
+        way = min(reach, float(room[column]))
+        hill = 2.0 / 3.0 * abs(curvature) ** 3 / max(third**2, _TINY)
+        fall = abs(third) * way**3 / 6.0 - abs(curvature) * way**2 / 2.0
+        if hill <= _HILL * size and fall >= _FALL * size:
+            return -math.copysign(way, third) * slopes[: program.variables]
+    return None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Neighbourhood:
+    """Stationary points beside one, with one of its unknowns fixed at another value."""
+
+    program: Program
+    point: StartingPoint
+    limits: ProgramLimits
+    parameters: Array
+
+    def slopes_by(self, columns: Integers) -> Array:
+        """Slopes of all unknowns and multipliers of the rows by some unknowns (k,), (k, n + m)."""
+        units = np.zeros((self.program.variables + self.program.rows, columns.size))
+        units[columns, np.arange(columns.size)] = 1.0
+        slopes = _solved(self._optimality, units)
+        return np.asarray((slopes / slopes[columns, np.arange(columns.size)]).T)
+
+    def curvature(self, slopes: Array, step: float = 0.0) -> float:
+        """Of the Lagrangian along some slopes, after a step along them."""
+        hessian, jacobian = self._derivatives(step * slopes)
+        by_x, by_rows = np.split(slopes, [self.program.variables])
+        rows = ca.mtimes(jacobian, ca.DM(by_x))
+        return float(by_x @ _vector(ca.mtimes(hessian, ca.DM(by_x))) + 2 * by_rows @ _vector(rows))
+
+    def third(self, slopes: Array, step: float) -> float:
+        """Derivative of that curvature by the unknown."""
+        return (self.curvature(slopes, step) - self.curvature(slopes, -step)) / (2.0 * step)
+
+    def _derivatives(self, change: Array) -> tuple[ca.DM, ca.DM]:
+        """Hessian of the Lagrangian and Jacobian of the rows at a changed point."""
+        _, on_rows = self.point.multipliers or (None, np.zeros(self.program.rows))
+        by_x, by_rows = np.split(change, [self.program.variables])
+        x, constants = self.point.x + by_x, self.parameters
+        hessian = self.program.lagrangian_hessian(x, constants, 1.0, on_rows + by_rows)
+        return ca.triu2symm(hessian), self.program.constraint_jacobian(x, constants)[1]
+
+    @property
+    def _optimality(self) -> ca.DM:
+        """The system of Karush, Kuhn and Tucker, each limit as stiff as the barrier has it."""
+        zeros = np.zeros(self.program.variables + self.program.rows)
+        hessian, jacobian = self._derivatives(zeros)
+        rows = _vector(self.program.oracle(self.point.x, self.parameters)[1])
+        on_bounds, on_rows = self.point.multipliers or np.split(zeros, [self.program.variables])
+        bounds = _stiffness(self.point.x, on_bounds, self.limits.columns) + _REGULAR
+        softness = 1.0 / np.maximum(_stiffness(rows, on_rows, self.limits.rows), _REGULAR)
+        return ca.blockcat(
+            [
+                [hessian + ca.diag(ca.DM(bounds)), jacobian.T],
+                [jacobian, -ca.diag(ca.DM(softness))],
+            ]
+        )
+
+
+def _solved(matrix: ca.DM, right: Array) -> Array:
+    """The solutions of a linear system for some right sides (n, k).
+
+    SciPy is slow to load, and CasADi's own factors are slow for large matrices.
+    """
+    pattern = matrix.sparsity()
+    if pattern.size1() <= _SMALL:
+        return np.array(ca.Linsol("system", "csparse", pattern).solve(matrix, ca.DM(right)))
+    from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import splu
+
+    numbers = np.array(matrix.nonzeros()), pattern.row(), pattern.colind()
+    return np.asarray(splu(csc_matrix(numbers, shape=matrix.shape)).solve(right))
+
+
+def _stiffness(values: Array, multipliers: Array, limits: tuple[Array, Array]) -> Array:
+    """How strongly each limit holds a value: its multiplier over the distance from it."""
+    lower, upper = limits
+    distance = np.where(multipliers > 0.0, upper - values, values - lower)
+    held = np.abs(multipliers) / np.maximum(distance, 1.0 / _STIFF)
+    return np.where(lower >= upper, _STIFF, np.minimum(held, _STIFF))
+
+
+def _vector(values: ca.DM) -> Array:
+    return np.array(values).ravel()
