@@ -13,7 +13,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.scaling.automatic import scales_of
-from ocp.scaling.far_sizes import far_below_limits, roomy
+from ocp.scaling.far_sizes import far_below_limits, is_brief, roomy
 from ocp.scaling.scales import Scales
 from ocp.scaling.symbol_sizes import largest_end_value
 from ocp.scaling.variations import FRACTIONS, NOTHING, largest_finite
@@ -35,8 +35,8 @@ def scales_after(last: Iterate, stated: Callable[[], Scales]) -> Scales:
     """Sizes for the mesh after a solved one; the same object where they are near what was found.
 
     All are taken from the motion where its values are far from the sizes that the guess or limits
-    gave, as those of a motion that was far larger, or of limits that nothing comes near. These
-    limits say nothing then. Elsewhere only the objective's follows its value.
+    gave, as those of a motion that was far larger, or of limits that nothing comes near, those of
+    times as well. These limits say nothing then. Elsewhere only the objective's follows its value.
 
     A motion that vanishes has no sizes, and they stay as they are, unless they come from wide
     limits: next to those all slopes may have been too small to move it.
@@ -51,15 +51,15 @@ def scales_after(last: Iterate, stated: Callable[[], Scales]) -> Scales:
     if float(np.abs(last.x).max(initial=0.0)) > OUTSIZED:
         return _all_of(scales_of(problem, motion, parameters), last)
 
-    small = far_below_limits(scales, motion)
-    if not (small or _is_oversized(scales, last.objective)):
+    small, brief = far_below_limits(scales, motion), is_brief(scales, motion)
+    if not (small or brief or _is_oversized(scales, last.objective)):
         return resized(scales, last.objective, 0.0)
 
     of_motion = scales_of(problem, motion, parameters, small)
     vanishing = _vanishes(scales, motion)
     if vanishing and is_zero(problem, parameters, stated(), motion):
         return of_motion if roomy(scales, of_motion, WIDE) else scales
-    if vanishing or roomy(scales, of_motion):
+    if vanishing or brief or roomy(scales, of_motion):
         return _all_of(of_motion, last)
     return resized(scales, last.objective, of_motion.objective)
 

@@ -17,6 +17,9 @@ from ocp.scaling.variations import FRACTIONS, largest_finite
 # around motions of one were tried on 75 problems, and hid no optimum; those of 1e6 did.
 ROOMY = 1e4
 
+# Of the typical duration: ten times the least, which what shrinks ends near
+SHRUNK = 1e-8
+
 # where sizes come from that limits may have made too large
 _OF_LIMITS = {BOUNDS, GUESSED_NUMBER}
 
@@ -38,6 +41,15 @@ def far_below_limits(scales: Scales, motion: InitialGuess) -> Set[str]:
 def far_below_stated(scales: Scales, motion: InitialGuess) -> Set[str]:
     """Signals and unknowns far below a size that was stated; they may also be zero."""
     return _far_below(scales, motion, {STATED})
+
+
+def is_brief(scales: Scales, motion: InitialGuess) -> bool:
+    """Whether a motion lasts far less than limits of its times gave for long, and yet some time.
+
+    One that has shrunk to the least duration says nothing of how long anything takes.
+    """
+    longest = max(phase.end - phase.start for phase in motion.phases.values())
+    return SHRUNK * scales.time < longest < scales.time / ROOMY
 
 
 def roomy(scales: Scales, of_motion: Scales, factor: float = ROOMY) -> list[str]:

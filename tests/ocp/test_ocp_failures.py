@@ -1,6 +1,7 @@
 """Failed solves say what is wrong, and never pass for a solution."""
 
 import dataclasses
+import math
 
 import casadi as ca
 import numpy as np
@@ -162,3 +163,23 @@ def test_a_least_time_that_nothing_limits_collapses_at_once(longest):
     phase = Phase("dash", {x: u}, {x: 0}, {x: 1}, end=Between(0, longest))
     with pytest.raises(Collapsed, match=r"motion of 'dash' shrinks to .* bound what drives it"):
         solve(Problem("dash", phase, minimise=phase.end_time))
+
+
+def test_a_solved_motion_is_short_by_its_own_times_and_not_by_wide_limits():
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+
+    def approach(longest):
+        phase = Phase("approach", {x: v, v: u - v}, {x: 0, v: 0}, end=Between(0, longest))
+        cost = phase.integral(u**2) + 0.1 * phase.end_time + (phase.at_end(x) - 1) ** 2
+        return solve(Problem("approach", phase, minimise=cost)).objective
+
+    assert approach(1e8) == pytest.approx(approach(20.0), rel=1e-7)
+
+
+def test_a_failed_motion_is_short_by_its_own_times_and_not_by_wide_limits():
+    x, v = State("x", "m"), State("v", "m/s")
+    push = Control("push", "m/s^2", lower=-1e4, upper=1e4)
+    rest = {"initial": {x: 0, v: 0}, "final": {x: 1e-3, v: 0}}
+    phase = Phase("fast", {x: v, v: push}, **rest, end=Between(0, 1e5))
+    solution = solve(Problem("fast", phase, minimise=phase.end_time))
+    assert solution.objective == pytest.approx(2.0 * math.sqrt(1e-7), rel=1e-6)

@@ -45,6 +45,7 @@ from ocp.refinement.first_round.starts import (
 )
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.sizes_after import OUTSIZED
+from ocp.scaling.far_sizes import SHRUNK
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -81,9 +82,11 @@ def first_answer(first_round: MeshRound, program: Transcription, result: NlpResu
     if result.outcome == "invalid number":
         return _with_values(first_round, program, result)
     if result.outcome != "solved":
-        if not _hopeful(first_round.meshes, program, result):
+        hopeful = _hopeful(first_round.meshes, program, result)
+        if hopeful or _seems_to_shrink(first_round.meshes, program, result):
+            program, result = _in_its_sizes(first_round, program, result)
+        if not hopeful and result.outcome != "solved":
             return MeshAnswer(program, result)
-        program, result = _in_its_sizes(first_round, program, result)
     found = MeshAnswer(program, result)
     if _may_be_far(first_round.meshes, result):
         found = _best_of_several(first_round, program, result)
@@ -147,6 +150,17 @@ def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> b
         return False  # it is the statement that leads there
     short = failed.outcome == "budget" and failed.iterations < PATIENCE
     return failed.outcome in _HOPEFUL and not short and equations <= free
+
+
+def _seems_to_shrink(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> bool:
+    """Whether a motion counts as one on its way to no time, and yet takes some.
+
+    Sizes that wide limits of its times gave do not tell whether it shrinks further, its own do.
+    """
+    motion = trajectory_of(program, failed.x, meshes.parameters)
+    on_its_way = collapsed(program, motion, failed.x) is not None
+    longest = max(phase.end - phase.start for phase in motion.phases)
+    return on_its_way and not _backwards(motion) and longest > SHRUNK * program.scales.time
 
 
 def _backwards(motion: Trajectory) -> bool:
