@@ -37,9 +37,10 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
 from ocp.optimality.steps import steps_along
-from ocp.problem.parameters import Parameters
+from ocp.problem.end_limits import sides_closed_by_ends
+from ocp.problem.parameters import Parameters, limit_slopes
 from ocp.problem.phase import Phase
-from ocp.problem.symbols import Between, resolve, scalar
+from ocp.problem.symbols import Between
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
@@ -51,17 +52,16 @@ if TYPE_CHECKING:
 _IDLE = 1e-4
 
 _KINK = "several limits hold the optimum at once: the active set is about to change"
+_AT_END = "a prescribed end value lies at its limit: to one side there is no motion"
 _UNKNOWN = "several limits hold the optimum at once, and the range of its slope was not found"
 _WEAKLY_ACTIVE = (
     "the solution lies at the limit, whose multiplier is zero: the active set is about to change"
 )
 
-
 _STEP = (
     "expressions of the problem step at a time that moves, which multipliers do not show; compare "
     "solves with other values"
 )
-
 _HIDDEN = (
     "they act between the points of the mesh, where nothing of them was seen; state breakpoints "
     "there, or compare solves with other values"
@@ -95,11 +95,19 @@ class Sided:
         """Whether both sides agree."""
         return self.below == self.above
 
+    @property
+    def only(self) -> float:
+        """The slope of both sides, or of the only one with a motion; nan where two differ."""
+        if self.note == _AT_END:
+            return self.above if math.isinf(self.below) else self.below
+        return self.below if self.is_one else math.nan
+
 
 def sensitivities(solution: Solution) -> dict[str, float]:
     """``dJ/dvalue`` for every named number, nan where the optimum has a kink.
 
-    `J` is meant as it is minimised or maximised, in its unit.
+    `J` is meant as it is minimised or maximised, in its unit. Where a prescribed end value lies at
+    its limit, the slope is that of the side where there is a motion.
 
     Raises
     ------
@@ -117,7 +125,7 @@ def sensitivities(solution: Solution) -> dict[str, float]:
     kinks = [
         f"by '{name}' it changes by {s.below:.6g} for a decrease and {s.above:.6g} for an increase"
         for name, s in both_sides.items()
-        if not (s.is_one or s.note in (_STEP, _HIDDEN))
+        if not (s.is_one or s.note in (_STEP, _HIDDEN, _AT_END))
     ]
     if kinks:
         warnings.warn(
@@ -145,7 +153,7 @@ def sensitivities(solution: Solution) -> dict[str, float]:
                 ActiveSetWarning,
                 stacklevel=3,
             )
-    return {name: s.below if s.is_one else math.nan for name, s in both_sides.items()}
+    return {name: s.only for name, s in both_sides.items()}
 
 
 def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
@@ -178,6 +186,10 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
         else:
             sided[slope.name] = Sided(sense * (value + down), sense * (value + up), _KINK)
 
+    for name, (below, above) in sides_closed_by_ends(iterate.problem, iterate.parameters).items():
+        if name in sided and sided[name].is_one:
+            one, endless = sided[name].below, sense * math.inf
+            sided[name] = Sided(-endless if below else one, endless if above else one, _AT_END)
     for name, why in _not_known(solution, sided).items():
         sided[name] = Sided(math.nan, math.nan, why)
     return sided
@@ -285,7 +297,7 @@ def lagrangian_slopes(
             slopes.append(Slope(item.name + suffix, 0.0, by_multiplier, active))
 
             # a limit that depends on constants passes its slope on to them
-            for name, share in _limit_slopes(limit, parameters).items():
+            for name, share in limit_slopes(limit, parameters).items():
                 before = through_functions[name]
                 total = before.by_multiplier + share * by_multiplier
                 through_functions[name] = replace(before, by_multiplier=total)
@@ -327,18 +339,6 @@ def _constant_slopes(iterate: Iterate) -> list[Slope]:
         Slope(constant.name, float(value) * size, column * size)
         for constant, value, column in zip(constants, direct, table.T, strict=True)
     ]
-
-
-def _limit_slopes(limit: Any, parameters: Parameters) -> dict[str, float]:
-    """Derivatives of a limit by the constants it depends on."""
-    symbols = resolve(limit, "a limit")
-    if not symbols:
-        return {}
-    inputs = ca.vertcat(*[s.symbol for s in symbols])
-    jacobian = ca.densify(ca.jacobian(scalar(limit, "a limit"), inputs))
-    slope = ca.Function("slope", [inputs], [jacobian])
-    values = np.array(slope([parameters.values[s.name] for s in symbols])).ravel()
-    return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,4 +1,4 @@
-"""Path limits that the end values of a phase break by themselves.
+"""Path limits that the end values of a phase break by themselves, or lie at.
 
 Where all that a limit depends on is prescribed at an end, its value there is a number, and no
 motion changes it. A solver would look for one all the same, from start to start.
@@ -8,16 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ocp.problem.bounds import Bound
 from ocp.problem.display import with_unit
-from ocp.problem.parameters import Interval, Parameters
+from ocp.problem.parameters import Interval, Parameters, limit_slopes
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, is_real
+
+# A stated number, or an expression of constants, and its name among the sensitivities
+Named = tuple[str, Any]
 
 # Part of a limit's size that its value may be beyond it: from here on no mesh was solved to its end
 _BEYOND = 3e-8
@@ -43,6 +47,53 @@ def limits_broken_at_ends(problem: Problem, parameters: Parameters) -> Iterator[
                         f"the {what} values of phase '{phase.name}' make '{bound.name}' {value}, "
                         f"which is beyond its limit of {limit} by {beyond}"
                     )
+
+
+def sides_closed_by_ends(problem: Problem, parameters: Parameters) -> dict[str, tuple[bool, bool]]:
+    """Named numbers that cannot fall or cannot rise, as a prescribed value lies at its limit.
+
+    Names are those of sensitivities. Limits of states count, and not those of expressions.
+
+    Returns
+    -------
+    mapping of str to (bool, bool)
+        Whether no motion is left below, and above, the number as it is.
+    """
+    closed: dict[str, tuple[bool, bool]] = {}
+    for phase in problem.phases:
+        sizes = _sizes(phase, parameters)
+        for what, stated in (("initial", phase.initial), ("final", phase.final)):
+            values = getattr(parameters, f"{what}_values")
+            for state in stated:
+                low, high = values[phase.name, state.name]
+                name, given = f"{phase.name}: {state.name} {what}", stated[state]
+                least, largest = parameters.signal_limits[state.name]
+                at = _BEYOND * sizes[state.name]
+                if low != high or isinstance(given, tuple):
+                    continue
+                if low - least <= at:
+                    limit = f"{state.name} lower", state.lower
+                    _close(closed, _room((name, given), limit, parameters))
+                if largest - high <= at:
+                    limit = f"{state.name} upper", state.upper
+                    _close(closed, _room(limit, (name, given), parameters))
+    return closed
+
+
+def _room(larger: Named, smaller: Named, parameters: Parameters) -> dict[str, float]:
+    """Slopes of the difference of two stated numbers by each number that may change it, by name."""
+    room = {larger[0]: 1.0, smaller[0]: -1.0}
+    for sign, (_, stated) in ((1.0, larger), (-1.0, smaller)):
+        for name, slope in limit_slopes(stated, parameters).items():
+            room[name] = room.get(name, 0.0) + sign * slope
+    return room
+
+
+def _close(closed: dict[str, tuple[bool, bool]], room: Mapping[str, float]) -> None:
+    """Close the side of each number on which there is less than no room."""
+    for name, slope in room.items():
+        below, above = closed.get(name, (False, False))
+        closed[name] = below or slope > 0.0, above or slope < 0.0
 
 
 def _prescribed(

@@ -113,6 +113,18 @@ def parameters_of(
     return Parameters(values, vector, limits, *intervals)
 
 
+def limit_slopes(limit: Any, parameters: Parameters) -> dict[str, float]:
+    """Derivatives of a limit by the constants it depends on."""
+    symbols = resolve(limit, "a limit")
+    if not symbols:
+        return {}
+    inputs = ca.vertcat(*[s.symbol for s in symbols])
+    jacobian = ca.densify(ca.jacobian(scalar(limit, "a limit"), inputs))
+    slope = ca.Function("slope", [inputs], [jacobian])
+    values = np.array(slope([parameters.values[s.name] for s in symbols])).ravel()
+    return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
+
+
 def _check_prices(problem: Problem, values: Array) -> None:
     """StatementError where a control that took the place of a kink would gain by being larger."""
     found, function = _prices(problem)

@@ -289,3 +289,22 @@ def test_slopes_of_two_free_times_with_a_longest_duration():
     slopes = found.sensitivities()
     assert slopes["longest"] == pytest.approx(-(best**2) / 2, rel=CLOSE)
     assert slopes["move: x final"] == pytest.approx(2 * best, rel=CLOSE)
+
+
+def test_beyond_an_end_value_at_its_limit_there_is_no_motion():
+    most, start = Constant("most", "m", 1.0), Constant("start", "m", 1.0)
+    x, v, u = State("x", "m", upper=most), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("down", {x: v, v: u}, {x: start, v: 0}, {x: 0, v: 0}, end=1.0)
+    solution = solve(Problem("down", phase, minimise=phase.integral(u**2)))
+    sided = solution.one_sided_sensitivities()
+    # 12 (start)^2 is least; the limit cannot fall, and the start cannot rise
+    for name in ("most", "x upper"):
+        assert sided[name].below == -math.inf
+        assert sided[name].above == pytest.approx(0.0, abs=1e-5)
+    for name in ("start", "down: x initial"):
+        assert sided[name].below == pytest.approx(24.0, rel=1e-6)
+        assert sided[name].above == math.inf
+    assert "no motion" in sided["most"].note
+    slopes = solution.sensitivities()
+    assert slopes["start"] == pytest.approx(24.0, rel=1e-6)
+    assert slopes["most"] == pytest.approx(0.0, abs=1e-5)
