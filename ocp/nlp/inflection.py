@@ -40,6 +40,9 @@ _STEP = 1e-3
 _STIFF = 1e10
 _REGULAR = 1e-10
 
+# Part of the largest change of a time or an unknown, up to which another one stays as it is
+_HELD = 1e-6
+
 # Unknowns and rows up to which CasADi's factors take less than loading SciPy
 _SMALL = 1000
 
@@ -80,17 +83,18 @@ def inflection(
     beside = _Neighbourhood(program, point, limits, parameters)
     size = max(abs(float(program.oracle(point.x, parameters)[0])), _LEAST_OBJECTIVE)
     try:
-        followed = beside.slopes_by(along[free])
+        responses = beside.pulled_by(along[free])
     except RuntimeError:  # the system is singular, or holds no numbers
         return None
-    for column, reach, slopes in zip(along[free], reaches[free], followed, strict=True):
-        curvature, third = beside.curvature(slopes), beside.third(slopes, _STEP * reach)
-        room = upper - point.x if third < 0.0 else point.x - lower
-        way = min(reach, float(room[column]))
+    for column, reach, pulled in zip(along[free], reaches[free], responses, strict=True):
+        curvature, slopes = 1.0 / pulled[column], pulled / pulled[column]
+        third = beside.third(slopes, _STEP * reach)
+        change = -math.copysign(reach, third) * slopes[: program.variables]
+        way = beside.room(change, along) * reach
         hill = 2.0 / 3.0 * abs(curvature) ** 3 / max(third**2, _TINY)
         fall = abs(third) * way**3 / 6.0 - abs(curvature) * way**2 / 2.0
         if hill <= _HILL * size and fall >= _FALL * size:
-            return -math.copysign(way, third) * slopes[: program.variables]
+            return change * (way / reach)
     return None
 
 
@@ -103,12 +107,41 @@ class _Neighbourhood:
     limits: ProgramLimits
     parameters: Array
 
-    def slopes_by(self, columns: Integers) -> Array:
-        """Slopes of all unknowns and multipliers of the rows by some unknowns (k,), (k, n + m)."""
+    def pulled_by(self, columns: Integers) -> Array:
+        """Changes of all unknowns and multipliers by a unit slope along some unknowns (k,).
+
+        Returns
+        -------
+        (k, n + m)
+            Of each one, its own change is one over the curvature.
+        """
         units = np.zeros((self.program.variables + self.program.rows, columns.size))
         units[columns, np.arange(columns.size)] = 1.0
-        slopes = _solved(self._optimality, units)
-        return np.asarray((slopes / slopes[columns, np.arange(columns.size)]).T)
+        return _solved(self._optimality, units).T
+
+    def room(self, change: Array, along: Integers) -> float:
+        """Part of a change (n,), 1 at most, that limits of times and unknowns leave room for.
+
+        They are those of the unknowns `along`, and of rows that no other unknown enters.
+        """
+        _, jacobian = self._derivatives(np.zeros(self.program.variables + self.program.rows))
+        others = np.ones(self.program.variables)
+        others[along] = 0.0
+        pattern = ca.DM(jacobian.sparsity(), 1.0)
+        alone = _vector(ca.mtimes(pattern, ca.DM(others))) == 0.0
+        values = [self.point.x[along], self._rows[alone]]
+        changes = [change[along], _vector(ca.mtimes(jacobian, ca.DM(change)))[alone]]
+        sides = [
+            np.concatenate([columns[along], rows[alone]])
+            for columns, rows in zip(self.limits.columns, self.limits.rows, strict=True)
+        ]
+        value, rate = np.concatenate(values), np.concatenate(changes)
+        distance = np.where(rate > 0.0, sides[1] - value, value - sides[0])
+        # what is fixed moves by rounding only, and what a limit holds hardly does
+        moves = np.abs(rate) > _HELD * float(np.abs(change[along]).max())
+        moves &= sides[0] < sides[1]
+        parts = np.maximum(distance[moves], 0.0) / np.abs(rate[moves])
+        return float(min(1.0, parts.min(initial=1.0)))
 
     def curvature(self, slopes: Array, step: float = 0.0) -> float:
         """Of the Lagrangian along some slopes, after a step along them."""
@@ -120,6 +153,11 @@ class _Neighbourhood:
     def third(self, slopes: Array, step: float) -> float:
         """Derivative of that curvature by the unknown."""
         return (self.curvature(slopes, step) - self.curvature(slopes, -step)) / (2.0 * step)
+
+    @property
+    def _rows(self) -> Array:
+        """Values of the rows."""
+        return _vector(self.program.oracle(self.point.x, self.parameters)[1])
 
     def _derivatives(self, change: Array) -> tuple[ca.DM, ca.DM]:
         """Hessian of the Lagrangian and Jacobian of the rows at a changed point."""
@@ -134,7 +172,7 @@ class _Neighbourhood:
         """The system of Karush, Kuhn and Tucker, each limit as stiff as the barrier has it."""
         zeros = np.zeros(self.program.variables + self.program.rows)
         hessian, jacobian = self._derivatives(zeros)
-        rows = _vector(self.program.oracle(self.point.x, self.parameters)[1])
+        rows = self._rows
         on_bounds, on_rows = self.point.multipliers or np.split(zeros, [self.program.variables])
         bounds = _stiffness(self.point.x, on_bounds, self.limits.columns) + _REGULAR
         softness = 1.0 / np.maximum(_stiffness(rows, on_rows, self.limits.rows), _REGULAR)

@@ -306,3 +306,27 @@ def test_an_optimum_costs_no_further_solve(still: Solution) -> None:
     again = solve(still.problem, guess=still)
     assert len(again.mesh_iterations) == 1
     assert dataclasses.asdict(again.verification)["passed"]
+
+
+def test_what_limits_of_times_leave_no_room_for_is_no_inflection() -> None:
+    """The start of the second phase hardly matters, and lies between limits of its duration."""
+    x, v, m = State("x"), State("v"), State("m", lower=0.2)
+    u, meeting = Control("u", lower=0.0, upper=3.0), Between(0.05, 5)
+    burn = Phase(
+        "burn", {x: v, v: u / m - 1 - 0.1 * v**2, m: -0.3 * u}, {x: 0, v: 0, m: 1}, end=meeting
+    )
+    y, w = State("y"), State("w")
+    coast = Phase(
+        "coast",
+        {y: w, w: -1 - 0.02 * w**2},
+        final={y: 1, w: 0},
+        start=meeting,
+        end=Between(0.1, 10),
+    )
+    links = [
+        Bound("x", coast.at_start(y) - burn.at_end(x), lower=0, upper=0),
+        Bound("v", coast.at_start(w) - burn.at_end(v), lower=0, upper=0),
+    ]
+    cost = 0.05 * coast.end_time - burn.at_end(m)
+    found = solve(Problem("unlinked times", [burn, coast], minimise=cost, links=links))
+    assert certify(found).passed
