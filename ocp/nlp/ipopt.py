@@ -29,6 +29,9 @@ Barrier = Literal["monotone", "adaptive"]
 LineSearch = Literal["filter", "cg-penalty"]
 log = logging.getLogger(__name__)
 
+# Part of unknowns that ran away, by which a row may be off from rounding
+_MISSED = 1e-3
+
 _OUTCOMES: dict[str, Outcome] = {
     "Solve_Succeeded": "solved",
     "Solved_To_Acceptable_Level": "solved",
@@ -265,7 +268,9 @@ class Ipopt:
 
         status, count = self._status(statistics), int(statistics["iter_count"])
         log.debug("IPOPT: %s after %d iterations", status, count)
-        if run.diverged:
+        if run.diverged or (
+            _OUTCOMES.get(status) == "unbounded" and _is_no_motion(solution, limits)
+        ):
             status = _DIVERGED
 
         # a run that never began has none
@@ -367,6 +372,12 @@ def _ordering(program: Program) -> int:
     if program.most_uses > _DENSE:
         return _DENSE_ROWS_APART
     return _MINIMUM_DEGREE if program.variables > _LARGE else _MINIMUM_FILL
+
+
+def _is_no_motion(solution: Mapping[str, Array], limits: ProgramLimits) -> bool:
+    """Whether unknowns that ran away miss rows by as much: that says nothing of the objective."""
+    missed = float(limits.excess(solution["g"]).max(initial=0.0))
+    return missed > _MISSED * float(np.abs(solution["x"]).max(initial=0.0))
 
 
 def _within(x: Array, limits: ProgramLimits) -> Array:

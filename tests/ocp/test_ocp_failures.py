@@ -183,3 +183,19 @@ def test_a_failed_motion_is_short_by_its_own_times_and_not_by_wide_limits():
     phase = Phase("fast", {x: v, v: push}, **rest, end=Between(0, 1e5))
     solution = solve(Problem("fast", phase, minimise=phase.end_time))
     assert solution.objective == pytest.approx(2.0 * math.sqrt(1e-7), rel=1e-6)
+
+
+def test_unknowns_that_ran_away_beyond_all_rows_say_nothing_of_the_objective():
+    """Dido's problem: a straight guess has no slope of its length, and the first run is lost."""
+    x, u = State("x", "m"), Control("u")
+    phase = Phase("rope", {x: u}, {x: 0}, {x: 0}, end=1.0)
+    length = Bound("length", phase.integral(ca.sqrt(1 + u**2)), lower=1.2, upper=1.2)
+    solution = solve(Problem("dido", phase, maximise=phase.integral(x), bounds=[length]))
+    # an arc of a circle over a chord of 1
+    low, high = 0.1, 3.0
+    for _ in range(60):
+        half = (low + high) / 2
+        low, high = (half, high) if half < 1.2 * math.sin(half) else (low, half)
+    radius = 0.6 / half
+    area = radius**2 * half - radius * math.cos(half) / 2
+    assert solution.objective == pytest.approx(area, rel=1e-7)
