@@ -46,9 +46,8 @@ _HELD = 1e-6
 # Unknowns and rows up to which CasADi's factors take less than loading SciPy
 _SMALL = 1000
 
-# Scaled objective below which its size is no longer its own, and against a division by zero
+# Scaled objective below which its size is no longer its own
 _LEAST_OBJECTIVE = 1e-3
-_TINY = 1e-300
 
 
 def inflection(
@@ -86,15 +85,17 @@ def inflection(
         responses = beside.pulled_by(along[free])
     except RuntimeError:  # the system is singular, or holds no numbers
         return None
-    for column, reach, pulled in zip(along[free], reaches[free], responses, strict=True):
-        curvature, slopes = 1.0 / pulled[column], pulled / pulled[column]
-        third = beside.third(slopes, _STEP * reach)
-        change = -math.copysign(reach, third) * slopes[: program.variables]
-        way = beside.room(change, along) * reach
-        hill = 2.0 / 3.0 * abs(curvature) ** 3 / max(third**2, _TINY)
-        fall = abs(third) * way**3 / 6.0 - abs(curvature) * way**2 / 2.0
-        if hill <= _HILL * size and fall >= _FALL * size:
-            return change * (way / reach)
+    # where a change leads beyond all numbers nothing is told: no comparison with nan holds
+    with np.errstate(all="ignore"):
+        for column, reach, pulled in zip(along[free], reaches[free], responses, strict=True):
+            curvature, slopes = 1.0 / pulled[column], pulled / pulled[column]
+            third = beside.third(slopes, _STEP * reach)
+            change = -math.copysign(reach, third) * slopes[: program.variables]
+            way = beside.room(change, along) * reach
+            fall = abs(third) * way**3 / 6.0 - abs(curvature) * way**2 / 2.0
+            low = 2.0 / 3.0 * abs(curvature) ** 3 <= _HILL * size * third**2
+            if low and fall >= _FALL * size:
+                return change * (way / reach)
     return None
 
 
