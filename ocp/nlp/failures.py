@@ -22,6 +22,7 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import RUNAWAY, collapsed
 from ocp.nlp.flat_rows import flat_rows, remedy_for_flat_rows
 from ocp.nlp.result import NlpResult
+from ocp.nlp.unplaced_times import remedy_for_unplaced_times
 from ocp.problem.display import with_unit
 from ocp.problem.integrator_chains import in_equation
 from ocp.problem.kinks.surfaces import kinks_of, rate_text
@@ -246,6 +247,9 @@ def remedy_for_kinks(problem: Problem) -> str:
 
     Ends with "or", as other remedies follow. Empty if nothing has kinks.
     """
+    unplaced = remedy_for_unplaced_times(problem)
+    if unplaced:
+        return unplaced
     for what, operations in kinks_of(problem):
         return (
             f"{what} has a kink, by {' and '.join(operations)}: {_as_integral(problem, what)}state "

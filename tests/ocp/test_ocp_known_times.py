@@ -1,10 +1,12 @@
 """Known times, limits of unknowns, guesses by fraction and intervals by phase: what users state."""
 
+import itertools
 import math
 
 import casadi as ca
 import numpy as np
 import pytest
+from scipy import optimize
 
 from ocp import (
     TIME,
@@ -16,14 +18,17 @@ from ocp import (
     Phase,
     Problem,
     Settings,
+    SolveFailed,
     State,
     StatementError,
     Unknown,
     certify,
+    joined,
     load,
     save,
     solve,
 )
+from ocp.nlp.unplaced_times import remedy_for_unplaced_times, unplaced_times
 from ocp.problem.instants import stepping_times
 from ocp.solve import first_mesh
 
@@ -226,3 +231,44 @@ def test_first_intervals_by_phase():
         first_mesh(problem, Settings(intervals={"c": 6}))
     with pytest.raises(StatementError, match="give a positive integer"):
         Settings(intervals={"b": 0})
+
+
+def wind_over(phase_times):
+    """A drift that steps at 0.3 and 0.5 s, in phases between some times; the last end is free."""
+    x, u = State("x"), Control("u")
+    drift = ca.pw_const(TIME, ca.DM([0.3, 0.5]), ca.DM([1.0, 3.0, 0.2]))
+    ends = [*phase_times[1:], Between(phase_times[-1] + 0.01, 1.1)]
+    phases = [
+        Phase(
+            f"part {i}",
+            {x: drift + u},
+            {x: 0} if i == 0 else {},
+            {x: 1} if i == len(ends) - 1 else {},
+            start=start,
+            end=end,
+        )
+        for i, (start, end) in enumerate(zip(phase_times, ends, strict=True))
+    ]
+    links = [link for pair in itertools.pairwise(phases) for link in joined(*pair)]
+    cost = sum(phase.integral(u**2) for phase in phases) + 0.01 * phases[-1].end_time
+    return Problem("drift", phases, minimise=cost, links=links)
+
+
+def test_times_that_no_mesh_follows_are_named_and_a_phase_that_is_split_there_is_solved() -> None:
+    with pytest.raises(SolveFailed, match=r"'part 0' step or bend at 0\.3, 0\.5 s while its own"):
+        solve(wind_over([0.0]), settings=Settings(iterations=200))
+    # with the end at T: (1 - W(T))^2 / T + T / 100, W(T) = 0.9 + 0.2 (T - 0.5)
+    found = solve(wind_over([0.0, 0.3, 0.5]))
+    best = optimize.minimize_scalar(
+        lambda t: (0.1 - 0.2 * (t - 0.5)) ** 2 / t + t / 100, bounds=(0.51, 1.1)
+    )
+    assert found.objective == pytest.approx(best.fun, rel=1e-6)
+    assert certify(found).passed
+
+
+def test_times_beyond_a_phase_are_not_named() -> None:
+    x, u = State("x"), Control("u")
+    phase = Phase("go", {x: u + ca.if_else(TIME < 9, 0, 1)}, {x: 0}, {x: 1}, end=Between(1, 5))
+    problem = Problem("go", phase, minimise=phase.integral(u**2))
+    assert list(unplaced_times(problem)) == []
+    assert remedy_for_unplaced_times(problem) == ""
