@@ -21,8 +21,9 @@ from studies.truss.limits.caps import CAPPED, Caps, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import QUANTITIES
-from studies.truss.search import motion_search, relaxation
-from studies.truss.search.motion_search import CapsMissedError, Search
+from studies.truss.search import missed_cap, relaxation
+from studies.truss.search.missed_cap import CapsMissedError
+from studies.truss.search.motion_search import Search
 from studies.truss.study import run
 
 T = 10.0
@@ -185,7 +186,7 @@ def test_a_cap_below_the_least_found_ends_the_search_before_its_other_starts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The cap is above its proven bound of 1.32 m/s, so that nothing is proven."""
-    monkeypatch.setattr(motion_search, "_SOON", 60)
+    monkeypatch.setattr(missed_cap, "SOON", 60)
     study = TrussStudy(
         minimise="peak-acceleration", duration=5.0, caps=Caps(jerk=1.6, rope_speed=1.75)
     )
@@ -203,7 +204,7 @@ def test_a_cap_below_the_least_found_ends_the_search_before_its_other_starts(
 def test_a_cap_above_the_least_found_is_searched_to_the_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(motion_search, "_SOON", 10)
+    monkeypatch.setattr(missed_cap, "SOON", 10)
     caps = Caps(jerk=1.6, rope_speed=2.0)
     options = SolverOptions(starts=("bezier",))
     study = TrussStudy(minimise="peak-acceleration", duration=5.0, caps=caps, solver=options)

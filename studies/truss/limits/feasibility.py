@@ -16,6 +16,7 @@ from studies.drive.motor import rope_force_of
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.bounds import (
     ROUNDING,
+    keeps_the_caps,
     least_time,
     least_time_of_the_mechanism,
     least_work,
@@ -56,6 +57,28 @@ def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
         else:
             _check_force(study, cap, least)
         _check_pull_within(study, cap)
+
+
+def check_attained(study: TrussStudy, least_force: Callable[[], LeastForce]) -> None:
+    """Raise StudyError where the least force is a limit that no motion attains.
+
+    Parameters
+    ----------
+    least_force : callable
+        Computes the phase-plane bound; called only where the force is all that is minimised.
+    """
+    if study.minimise[0].keys() != {"peak-force"} or study.jerk_limited:
+        return
+    try:
+        least = least_force()
+    except StudyError:  # it gives no bound here, which is said beside the result
+        return
+    # a cap that the motion near the limit keeps anyway changes nothing
+    if not least.attained and keeps_the_caps(study, least.motion):
+        raise _infeasible(
+            f"no motion is best: {least.sentence}; cap the jerk, or choose a duration below "
+            f"{least.motion.duration:.3g} s"
+        )
 
 
 def _infeasible(sentence: str) -> StudyError:

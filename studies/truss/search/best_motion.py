@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ocp import Solution, Trial
+from models.errors import ModelError
+from ocp import Optimum, Solution, Trial
 from studies.common.result import Verdict
 from studies.truss.motions.deployment import Deployment
 from studies.truss.search.verdict import Basin
@@ -35,3 +36,29 @@ class BestMotion:
     verdict: Verdict
     remarks: tuple[str, ...]
     interrupted: bool
+
+
+class NoMotionError(Exception):
+    """The model takes an unverified answer of the solver for no motion."""
+
+
+def first_motion(
+    optima: Sequence[Optimum], moved: Callable[[Solution], Deployment]
+) -> tuple[Optimum, Deployment]:
+    """The best answer that is a motion: unverified ones may be none.
+
+    Raises
+    ------
+    NoMotionError
+        If none is one.
+    """
+    reasons = []
+    for optimum in optima:
+        try:
+            deployment = moved(optimum.solution)
+            deployment.values  # noqa: B018  # what the model refuses shows here
+        except ModelError as error:
+            reasons.append(str(error))
+        else:
+            return optimum, deployment
+    raise NoMotionError(reasons[0])

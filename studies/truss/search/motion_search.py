@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import functools
-import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from models.errors import ModelError
 from models.laws import Law
 from ocp import (
     Audit,
@@ -20,7 +18,6 @@ from ocp import (
     Solution,
     Trial,
     audit,
-    solve_lexicographic,
 )
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -28,30 +25,32 @@ from studies.common.finished import FinishedStarts
 from studies.common.result import Verdict
 from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
-from studies.truss.limits.bounds import keeps_the_caps, lower_bounds
-from studies.truss.limits.caps import CURVE, HARD, cap_on, without_cap
-from studies.truss.limits.feasibility import check_feasible, force_cap
+from studies.truss.limits.bounds import lower_bounds
+from studies.truss.limits.feasibility import check_attained, check_feasible, force_cap
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
 from studies.truss.motions.starts import (
     KINDS,
-    first_of_each_kind,
     from_neighbour,
     in_order,
     start_from_law,
     starting_motion,
 )
 from studies.truss.problem import Statement, control_of, needs_forces, settings_of, state
-from studies.truss.quantities import OBJECTIVES, QUANTITIES
-from studies.truss.search.best_motion import BestMotion
-from studies.truss.search.relaxation import relaxation_in_words
+from studies.truss.quantities import OBJECTIVES
+from studies.truss.search.best_motion import BestMotion, NoMotionError, first_motion
+from studies.truss.search.later_stages import later_stages
+from studies.truss.search.missed_cap import (
+    CapsMissedError,
+    curve_in_words,
+    hard_cap,
+    solved_soon,
+)
+from studies.truss.search.relaxation import none_found, relaxation_in_words
 from studies.truss.search.smoothness import (
-    SHARE,
-    at_a_light_price,
     first_price,
+    lightened,
     price_in_words,
-    share_is_all,
-    share_of,
 )
 from studies.truss.search.verdict import (
     BOUND_MET,
@@ -71,19 +70,6 @@ SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to 
 STOPPED = "interrupted before a motion was found; the inputs are kept"
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 OTHER_START = "without a cap"  # the motion that was found with the least of what the cap is on
-
-# Iterations after which the first start under a cap of `HARD` counts as hard, and the least of what
-# the cap is on is looked for before anything else: 3 to 5 s. Most motions take 100 to 220.
-_SOON = 800
-_CLEARLY = 1e-3  # relative, by which the least that was found has to be above a cap
-
-
-class NoMotionError(Exception):
-    """The model takes an unverified answer of the solver for no motion."""
-
-
-class CapsMissedError(StudyError):
-    """The least found of what a cap is on, under the other caps, is more than that cap."""
 
 
 class Search:
@@ -113,6 +99,7 @@ class Search:
         self._begin = clock.monotonic()
         self._with_forces = needs_forces(study)
         self._started = 0  # starts that are done
+        self._hard_cap = hard_cap(study)
         self._statements: dict[Problem, Statement] = {}
 
     @functools.cached_property
@@ -179,20 +166,7 @@ class Search:
             With the nearest value that works.
         """
         check_feasible(self.study, lambda: self.least_force)
-
-        if self.study.minimise[0].keys() != {"peak-force"} or self.study.jerk_limited:
-            return
-        try:
-            least = self.least_force
-        except StudyError:  # it gives no bound here, which is said beside the result
-            return
-        # a cap that the motion near the limit keeps anyway changes nothing
-        if not least.attained and keeps_the_caps(self.study, least.motion):
-            raise StudyError(
-                f"no motion is best: {least.sentence}; cap the jerk, or choose a duration below "
-                f"{least.motion.duration:.3g} s",
-                ExitCode.INFEASIBLE,
-            )
+        check_attained(self.study, lambda: self.least_force)
 
     def run(self) -> BestMotion:
         """Search, first without forces where they do not matter, and report the best.
@@ -227,7 +201,7 @@ class Search:
             starts = {near.name: functools.partial(self._stated_from, near), **starts}
         try:
             first, *_ = starts
-            soon = self._solved_soon(first, starts[first], len(starts)) if self._hardest else None
+            soon = self._solved_soon(first, starts[first], len(starts))
             if soon is not None and soon.error is not None:
                 self._check_the_least(soon)
                 soon = None
@@ -239,84 +213,30 @@ class Search:
                 raise StudyError(STOPPED, ExitCode.INTERRUPTED) from error
             return self._from_the_least_relaxation(names, error)
 
-    @functools.cached_property
-    def _hardest(self) -> str:
-        """The quantity whose least is looked for where no motion is found; empty for none."""
-        return next((key for key in HARD if cap_on(self.study.caps, self.study.drive, key)), "")
-
     def _solved_soon(self, name: str, start: Callable[[], Problem], count: int) -> Trial | None:
-        """The first start, where little effort tells; None where that tells nothing.
-
-        Raises
-        ------
-        Interrupted
-            The user stopped it.
-        """
-        if self.kept is not None and name in self.kept.names(self._kind):
+        """The first start, where a cap may be missed and little effort tells."""
+        known = self.kept is not None and name in self.kept.names(self._kind)
+        if known or self._hard_cap is None:
             return None
-        settings = replace(settings_of(self.study, self._with_forces), iterations=_SOON)
-        begin = clock.monotonic()
-
-        def told(line: str) -> None:
-            self.console.live(line.replace("start 1 of 1", f"start 1 of {count}", 1))
-
-        try:
-            found = audit(
-                starts={name: start},
-                settings=settings,
-                value=self._value,
-                seconds=self._some_left(),
-                progress=told,
-            )
-        except Interrupted:
-            raise
-        except OcpError as error:
-            return Trial(name, None, error, math.nan, clock.monotonic() - begin)
-        except StudyError:  # there is no such start, which says nothing of the caps
-            return None
-        (trial,) = found.trials
-        finished = trial.error is None and trial.solved.iterations < _SOON
-        return trial if finished or found.interrupted else None
+        return solved_soon(
+            name,
+            start,
+            count,
+            settings=settings_of(self.study, self._with_forces),
+            value=self._value,
+            seconds=self._some_left(),
+            console=self.console,
+        )
 
     def _check_the_least(self, soon: Trial) -> None:
-        """Whether the least found of what the hardest cap is on leaves a motion to look for.
-
-        Raises
-        ------
-        CapsMissedError
-            If that least is more than the cap.
-        Interrupted
-            The user stopped the search for it.
-        """
-        cap, quantity = self._hardest_cap, QUANTITIES[self._hardest]
+        """Refuse a hard cap below the least found of what it is on; Interrupted if stopped."""
+        assert self._hard_cap is not None
         self.console.progress(f"{soon.name}: no motion was found at once")
         least = self._least
         if self.interrupted:
             raise Interrupted(STOPPED)
-        if least is None:
-            return
-        value = least.deployment.values[self._hardest]
-        settled = all(trial.error is None for trial in least.trials)
-        if settled and value > cap * (1 + _CLEARLY):
-            count = len(least.trials)
-            starts = f"{count} start{'s' * (count > 1)}"
-            raise CapsMissedError(
-                f"no motion was found: under the other caps {value:.6g} {quantity.unit} is the "
-                f"least found for the {quantity.title} (local: best of {starts}), above its cap of "
-                f"{cap:g} {quantity.unit}; raise that cap to more than this, or loosen another "
-                f"one{self._curve_in_words}; this is no proof that there is none",
-                ExitCode.NOT_SOLVED,
-            )
-
-    def _stated_from_the_least(self, least: Deployment) -> Callable[[], Problem]:
-        start = start_from_law(OTHER_START, least.law, self.study)
-        return functools.partial(self._stated_from, start)
-
-    @property
-    def _hardest_cap(self) -> float:
-        cap = cap_on(self.study.caps, self.study.drive, self._hardest)
-        assert cap is not None
-        return cap
+        if least is not None:
+            self._hard_cap.check(self.study, least)
 
     def _audited(
         self, starts: Mapping[str, Callable[[], Problem]], soon: Trial | None = None
@@ -419,7 +339,7 @@ class Search:
             If the model takes none of the unverified answers for a motion.
         """
         optima = self._smoothed(found.optima)
-        optimum, deployment = self._best_motion(optima)
+        optimum, deployment = first_motion(optima, self._moved)
         statement = self._statements[optimum.solution.problem]
         distinct = basins(self.study, optima)
         solution, verified = optimum.solution, optimum.solution.verification.passed
@@ -458,46 +378,23 @@ class Search:
 
     def _smoothed(self, optima: Sequence[Optimum]) -> list[Optimum]:
         """The optima without what smoothness costs them, the best one first."""
-        smoothed: list[Optimum] = []
-        for optimum in optima:
-            problem, best = optimum.solution.problem, min((o.value for o in smoothed), default=None)
-            statement = self._statements[problem]
-            share = share_of(statement, optimum.solution)
-            verified = optimum.solution.verification.passed
-            beaten = best is not None and optimum.value * (1 - share) > best
-            light = share <= SHARE and share_is_all(statement)
-            good_enough = self.interrupted or self.enough is not None
-            if light or beaten or not verified or good_enough:
-                smoothed.append(optimum)
-                continue
+        if self.enough is not None:
+            return sorted(optima, key=lambda optimum: optimum.value)
+        found, interrupted = lightened(
+            optima,
+            self._statements,
+            settings=settings_of(self.study, self._with_forces),
+            left=self._some_left,
+            value=self._value,
+            console=self.console,
+            stopped=self.interrupted,
+        )
+        self.interrupted = self.interrupted or interrupted
+        return found
 
-            self.console.progress(f"{', '.join(optimum.starts)}: again at a lighter smoothness")
-            found = at_a_light_price(
-                problem,
-                statement,
-                optimum.solution,
-                settings_of(self.study, self._with_forces),
-                self._some_left,
-                self.console.live,
-            )
-            self.interrupted = self.interrupted or found.interrupted
-            value = self._value(problem, found.solution)
-            smoothed.append(replace(optimum, solution=found.solution, value=value))
-        return sorted(smoothed, key=lambda optimum: optimum.value)
-
-    def _best_motion(self, optima: Sequence[Optimum]) -> tuple[Optimum, Deployment]:
-        """The best answer that is a motion: unverified ones may be none."""
-        reasons = []
-        for optimum in optima:
-            statement = self._statements[optimum.solution.problem]
-            try:
-                deployment = self._deployment(statement, optimum.solution)
-                deployment.values  # noqa: B018  # what the model refuses shows here
-            except ModelError as error:
-                reasons.append(str(error))
-            else:
-                return optimum, deployment
-        raise NoMotionError(reasons[0])
+    def _moved(self, solution: Solution) -> Deployment:
+        """The motion of a solution."""
+        return self._deployment(self._statements[solution.problem], solution)
 
     def _deployment(self, statement: Statement, solution: Solution) -> Deployment:
         law = law_of(self.study, statement, solution)
@@ -512,33 +409,17 @@ class Search:
 
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
         """Later objectives, each with the earlier ones held; never a loss."""
-        weights = self._weights()
-        rough = 0.0 if statement.roughness is None else statement.roughness
-
-        found = solve_lexicographic(
-            statement.problem(),
-            statement.stages,
-            slack=self.study.concession,
-            first=solution,
-            beside=[
-                rough * first_price(self.study, place, weights, self._with_forces)
-                for place in range(len(statement.stages))
-            ],
-            settings=replace(settings_of(self.study, self._with_forces), seconds=self._some_left()),
-            progress=self.console.live,
+        settings = settings_of(self.study, self._with_forces)
+        found, remarks = later_stages(
+            self.study,
+            statement,
+            solution,
+            self._weights(),
+            self._with_forces,
+            replace(settings, seconds=self._some_left()),
+            self.console,
         )
-
-        for place, level in enumerate(found.levels, start=1):
-            label = f"objective {place}"
-            if level.solution is not None and place > 1:
-                self.console.progress(f"{label}: done")
-                if level.room > 0.0:
-                    self.remarks.append(
-                        f"The {label} was found from above: at this optimum it may be less by "
-                        f"{100 * level.room:.2g} % at most."
-                    )
-            elif level.error is not None and not found.interrupted:
-                self.remarks.append(f"The stage '{label}' failed and was left out: {level.error}")
+        self.remarks += remarks
         self.interrupted = self.interrupted or found.interrupted
         return found.solution
 
@@ -551,44 +432,28 @@ class Search:
             If that fails too: with the least relaxation found, and the error of the first start.
         """
         tried = max(self._started, 1)
-        key, needed = self._hardest, "the relaxed problem was not solved either"
-        least = self._least if key else None
-        if least is not None:
-            cap, quantity = self._hardest_cap, QUANTITIES[key]
-            value, name = least.deployment.values[key], quantity.title
+        hard, needed = self._hard_cap, "the relaxed problem was not solved either"
+        least = None if hard is None else self._least
+        if hard is not None and least is not None:
+            value, name = least.deployment.values[hard.key], hard.quantity.title
+            unit = hard.quantity.unit
             needed = (
-                f"under the other caps {value:.6g} {quantity.unit} is the least found for the "
-                f"{name} (local): raise its cap to that, or loosen another one"
+                f"under the other caps {value:.6g} {unit} is the least found for the {name} "
+                "(local): raise its cap to that, or loosen another one"
             )
-            if value <= cap and not self.interrupted:
+            if value <= hard.value and not self.interrupted:
                 try:
-                    again = {OTHER_START: self._stated_from_the_least(least.deployment)}
+                    start = start_from_law(OTHER_START, least.deployment.law, self.study)
+                    again = {OTHER_START: functools.partial(self._stated_from, start)}
                     return self._best_of(self._audited(again))
                 except (OcpError, NoMotionError):
-                    needed = f"a motion with a {name} of {value:.6g} {quantity.unit} meets the caps"
-        elif not key:
+                    needed = f"a motion with a {name} of {value:.6g} {unit} meets the caps"
+        elif hard is None:
             self.console.progress("no motion was found: looking for the least relaxation")
             needed = relaxation_in_words(self._stated("bezier"), self.console.live) or needed
 
-        needed += self._curve_in_words
-        starts = f"{len(names)} start{'s' * (len(names) > 1)}"
-        if tried < len(names):  # the budget ended before the others
-            starts = f"{tried} of {starts}, as the seconds ended; raise --seconds to try more"
-        raise StudyError(
-            f"no motion was found from {starts}; the least relaxation found: {needed}; "
-            f"from {names[0]}: {error}",
-            ExitCode.INTERRUPTED if self.interrupted else ExitCode.NOT_SOLVED,
-        ) from error
-
-    @property
-    def _curve_in_words(self) -> str:
-        """What to say of the torque-speed curve where another cap is the one to raise."""
-        if cap_on(self.study.caps, self.study.drive, CURVE) is None:
-            return ""
-        return (
-            "; the torque-speed curve holds there too: a stronger motor, another gear ratio or a "
-            "longer duration asks less of it"
-        )
+        needed += curve_in_words(self.study)
+        raise none_found(names, tried, needed, error, self.interrupted) from error
 
     @functools.cached_property
     def _least(self) -> BestMotion | None:
@@ -596,23 +461,14 @@ class Search:
 
         A search of its own, from one start of each kind: `ocp.relaxed` answers at once, but on a
         fixed mesh it is 0.2 to 1.5 % off, and on an adapting one it takes far longer than this.
-
-        Raises
-        ------
-        CapsMissedError
-            If the other caps alone are missed.
+        A CapsMissedError says that the other caps alone are missed.
         """
-        title = QUANTITIES[self._hardest].title
+        hard = self._hard_cap
+        assert hard is not None
+        title = hard.quantity.title
         self.console.progress(f"looking for what is the least under the other caps: {title}")
-        options = self.study.solver
-        starts = first_of_each_kind(options.starts)
-        uncapped = replace(
-            without_cap(self.study, self._hardest),
-            minimise=self._hardest,
-            solver=replace(options, starts=starts, seconds=self._some_left()),
-        )
-        enough = self._hardest_cap * (1 + _CLEARLY)
-        search = Search(uncapped, self.console, enough=enough)
+        lifted = hard.lifted(self.study, self._some_left())
+        search = Search(lifted, self.console, enough=hard.enough)
         try:
             found = search.run()
             self.interrupted = search.interrupted

@@ -12,11 +12,12 @@ Then the price is lowered, and the motion solved again from where it is.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ocp import Interrupted, OcpError, Problem, Settings, Solution, solve
+from ocp import Interrupted, OcpError, Optimum, Problem, Settings, Solution, solve
 from ocp.progress import Progress
+from studies.common.console import Console
 from studies.drive.motor import motor_torque, shares_of_the_curve
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
@@ -178,3 +179,44 @@ def at_a_light_price(
             break
         best, gain = Smoothed(lighter, share_of(statement, lighter)), 1.0 - after / before
     return best
+
+
+def lightened(
+    optima: Sequence[Optimum],
+    statements: Mapping[Problem, Statement],
+    *,
+    settings: Settings,
+    left: Callable[[], float],
+    value: Callable[[Problem, Solution], float],
+    console: Console,
+    stopped: bool,
+) -> tuple[list[Optimum], bool]:
+    """Optima without what smoothness costs them, best first, and whether the user stopped that.
+
+    Parameters
+    ----------
+    statements : of the problems of the optima.
+    settings, left : as of `at_a_light_price`.
+    value : what is compared.
+    stopped : whether the user has stopped the search already.
+    """
+    found: list[Optimum] = []
+    for optimum in optima:
+        problem, best = optimum.solution.problem, min((o.value for o in found), default=None)
+        statement = statements[problem]
+        share = share_of(statement, optimum.solution)
+        verified = optimum.solution.verification.passed
+        beaten = best is not None and optimum.value * (1 - share) > best
+        light = share <= SHARE and share_is_all(statement)
+        if light or beaten or not verified or stopped:
+            found.append(optimum)
+            continue
+
+        console.progress(f"{', '.join(optimum.starts)}: again at a lighter smoothness")
+        lighter = at_a_light_price(
+            problem, statement, optimum.solution, settings, left, console.live
+        )
+        stopped = stopped or lighter.interrupted
+        better = value(problem, lighter.solution)
+        found.append(replace(optimum, solution=lighter.solution, value=better))
+    return sorted(found, key=lambda optimum: optimum.value), stopped

@@ -1,0 +1,149 @@
+"""A cap that may be missed: soon told from the least found of what it is on, under the others.
+
+Where a cap is missed by little, no start finds a motion, and each takes long to fail. The least of
+what the cap is on is found fast.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from ocp import Interrupted, OcpError, Problem, Settings, Solution, Trial, audit
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.truss.config import TrussStudy
+from studies.truss.limits.caps import CURVE, HARD, cap_on, without_cap
+from studies.truss.motions.starts import first_of_each_kind
+from studies.truss.quantities import QUANTITIES, Quantity
+from studies.truss.search.best_motion import BestMotion
+
+# Iterations after which the first start under a cap of `HARD` counts as hard, and the least of what
+# the cap is on is looked for before anything else: 3 to 5 s. Most motions take 100 to 220.
+SOON = 800
+CLEARLY = 1e-3  # relative, by which the least that was found has to be above a cap
+
+
+class CapsMissedError(StudyError):
+    """The least found of what a cap is on, under the other caps, is more than that cap."""
+
+
+@dataclass(frozen=True)
+class HardCap:
+    """The cap whose quantity is minimised where no motion is found.
+
+    Attributes
+    ----------
+    key : of the quantity.
+    value : the cap.
+    """
+
+    key: str
+    value: float
+
+    @property
+    def quantity(self) -> Quantity:
+        """What it is on."""
+        return QUANTITIES[self.key]
+
+    @property
+    def enough(self) -> float:
+        """The least that does not tell that the cap is missed."""
+        return self.value * (1 + CLEARLY)
+
+    def lifted(self, study: TrussStudy, seconds: float) -> TrussStudy:
+        """The study of the least under the other caps, from one start of each kind."""
+        starts = first_of_each_kind(study.solver.starts)
+        return replace(
+            without_cap(study, self.key),
+            minimise=self.key,
+            solver=replace(study.solver, starts=starts, seconds=seconds),
+        )
+
+    def check(self, study: TrussStudy, least: BestMotion) -> None:
+        """Refuse a cap that is below the least found, by each start.
+
+        Raises
+        ------
+        CapsMissedError
+            With that least.
+        """
+        value, unit = least.deployment.values[self.key], self.quantity.unit
+        if value <= self.enough or any(trial.error is not None for trial in least.trials):
+            return
+        count = len(least.trials)
+        raise CapsMissedError(
+            f"no motion was found: under the other caps {value:.6g} {unit} is the least found for "
+            f"the {self.quantity.title} (local: best of {count} start{'s' * (count > 1)}), above "
+            f"its cap of {self.value:g} {unit}; raise that cap to more than this, or loosen "
+            f"another one{curve_in_words(study)}; this is no proof that there is none",
+            ExitCode.NOT_SOLVED,
+        )
+
+
+def hard_cap(study: TrussStudy) -> HardCap | None:
+    """The first of the caps in `HARD` that a study has."""
+    for key in HARD:
+        cap = cap_on(study.caps, study.drive, key)
+        if cap is not None:
+            return HardCap(key, cap)
+    return None
+
+
+def curve_in_words(study: TrussStudy) -> str:
+    """What to say of the torque-speed curve where another cap is the one to raise."""
+    if cap_on(study.caps, study.drive, CURVE) is None:
+        return ""
+    return (
+        "; the torque-speed curve holds there too: a stronger motor, another gear ratio or a "
+        "longer duration asks less of it"
+    )
+
+
+def solved_soon(
+    name: str,
+    start: Callable[[], Problem],
+    count: int,
+    *,
+    settings: Settings,
+    value: Callable[[Problem, Solution], float],
+    seconds: float,
+    console: Console,
+) -> Trial | None:
+    """The first of several starts, with little effort; None where that tells nothing.
+
+    Parameters
+    ----------
+    name, start, count : of it, and of all starts.
+    settings, value, seconds : as of `ocp.audit`.
+    console : to which progress goes.
+
+    Raises
+    ------
+    Interrupted
+        The user stopped it.
+    """
+    begin = clock.monotonic()
+
+    def told(line: str) -> None:
+        console.live(line.replace("start 1 of 1", f"start 1 of {count}", 1))
+
+    try:
+        found = audit(
+            starts={name: start},
+            settings=replace(settings, iterations=SOON),
+            value=value,
+            seconds=seconds,
+            progress=told,
+        )
+    except Interrupted:
+        raise
+    except OcpError as error:
+        return Trial(name, None, error, math.nan, clock.monotonic() - begin)
+    except StudyError:  # there is no such start, which says nothing of the caps
+        return None
+    (trial,) = found.trials
+    finished = trial.error is None and trial.solved.iterations < SOON
+    return trial if finished or found.interrupted else None
