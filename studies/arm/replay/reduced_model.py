@@ -125,10 +125,11 @@ def residuals(
                 live(f"{motion.name}: arm {len(left) + 1} of {len(points)} on B21")
             left.append(_left_by_implicit_steps(stage, joint, point))
         return np.array(left)
-    step = step or _stable_step(motion, points)
+    if step is None:
+        step = _stable_step(motion, points)
     steps, arms = int(np.ceil(stage.duration / step)), len(points)
-    drive, inputs = _given(motion, steps)
-    equations = arm_equations(stage, drive, compiled=steps * arms > _MANY)
+    inputs = _inputs(motion, steps)
+    equations = arm_equations(stage, motion.drive, compiled=steps * arms > _MANY)
     advance = _abreast(equations, arms)
 
     def each_step() -> Iterator[Array]:
@@ -174,8 +175,8 @@ def paths(motion: Motion, points: Sequence[Factors], samples: int) -> Array:
     step = _stable_step(motion, points)
     each = int(np.ceil(stage.duration / step / (samples - 1)))  # steps from sample to sample
     steps, arms = each * (samples - 1), len(points)
-    drive, inputs = _given(motion, steps)
-    equations = arm_equations(stage, drive, compiled=steps * arms > _MANY)
+    inputs = _inputs(motion, steps)
+    equations = arm_equations(stage, motion.drive, compiled=steps * arms > _MANY)
     advance = _abreast(equations, arms)
 
     path = np.empty((samples, len(equations.start), arms))
@@ -186,21 +187,20 @@ def paths(motion: Motion, points: Sequence[Factors], samples: int) -> Array:
     return path.transpose(2, 1, 0)
 
 
-def _given(motion: Motion, steps: int) -> tuple[Drive, Array]:
-    """The drive, and what it gives at starts, middles and ends of even steps, (k, 2 steps + 1)."""
+def _inputs(motion: Motion, steps: int) -> Array:
+    """What the drive gives at starts, middles and ends of even steps, (k, 2 steps + 1)."""
     joint = motion.joints[motion.stage.moving[0]]
     half_steps = np.linspace(0.0, motion.stage.duration, 2 * steps + 1)
     if isinstance(joint, Torque):
-        return "torque", joint.torque(half_steps)[None]
+        return np.asarray(joint.torque(half_steps)[None])
     if isinstance(joint, Driven):
-        return "angle", np.stack(joint.law(half_steps))
+        return np.stack(joint.law(half_steps))
     raise ValueError(f"{motion.name}: the joint is neither under torque nor on an angle")
 
 
 def _stable_step(motion: Motion, points: Sequence[Factors]) -> float:
     """Step [s] of the method of order 4 for a motion of arms of some factors."""
-    angle = isinstance(motion.joints[motion.stage.moving[0]], Driven)
-    return min(STEP, STABLE / fastest_rate(motion.stage, "angle" if angle else "torque", points))
+    return min(STEP, STABLE / fastest_rate(motion.stage, motion.drive, points))
 
 
 def fastest_rate(stage: Stage, drive: Drive, points: Sequence[Factors] = (NOMINAL,)) -> float:

@@ -73,7 +73,7 @@ def test_another_motion_of_a_result_takes_the_main_ones_place() -> None:
 
 def test_a_result_without_a_motion_is_refused() -> None:
     time = Series("s", "time", np.linspace(0.0, 1.0, 9))
-    with pytest.raises(StudyError, match="no angle of a joint"):
+    with pytest.raises(StudyError, match="no motion that a drive could follow"):
         source_of(Result(kind="robust", question="?", configuration={}, arrays={"time": time}))
     spread = Series("1", "spread", np.linspace(0.0, 1.0, 9))
     with pytest.raises(StudyError, match="runs along spread and is no motion"):
