@@ -74,7 +74,7 @@ def test_an_end_that_no_motion_reaches_is_said_with_its_remedy(monkeypatch):
         raise NotFoundError("2 J are left")
 
     monkeypatch.setattr(subject, "_refined", none)
-    with pytest.raises(StudyError, match=r"between 8\.6 and 8\.7 s: 2 J are left; state another"):
+    with pytest.raises(StudyError, match=r"upper end of the front, .* 8\.7 s: 2 J are left; state"):
         subject.ends()
 
 

@@ -117,15 +117,8 @@ class ArmFront:
             check_bending(demand.stage)
             if demand.left is None:  # a rigid arm's least torque is that from rest to rest
                 check_caps(demand.stage, demand.caps)
-        try:
-            right = self._end((high,), "down", [*rights, *self._best_of(self.least)])
-            left = self._end(lows, "up", [*lefts, *self._best_of("peak-torque")])
-        except NotFoundError as error:
-            raise StudyError(
-                f"no motion was found at an end of the front, between {lows[0]:.6g} and "
-                f"{high:.6g} {AXES[self.limited].unit}: {error}; state another range",
-                ExitCode.NOT_SOLVED,
-            ) from error
+        right = self._end((high,), "down", [*rights, *self._best_of(self.least)])
+        left = self._end(lows, "up", [*lefts, *self._best_of("peak-torque")])
         self.lightest = min(end.motion.motion.weight for end in (left, right))
         return left, right
 
@@ -185,7 +178,7 @@ class ArmFront:
 
         Raises
         ------
-        NotFoundError
+        StudyError
             If there is none at the last limit.
         """
         axis = AXES[self.limited]
@@ -201,7 +194,12 @@ class ArmFront:
                 return self._cold(limit, way)
             except NotFoundError as error:
                 if limit == limits[-1]:
-                    raise
+                    end = "lower" if way == "up" else "upper"
+                    raise StudyError(
+                        f"no motion was found at the {end} end of the front, {axis.title} "
+                        f"{limit:.6g} {axis.unit}: {error}; state another range",
+                        ExitCode.NOT_SOLVED,
+                    ) from error
                 self.remarks.append(f"nothing was found at {limit:.6g} {axis.unit}: {error}")
                 self.console.progress(self.remarks[-1])
         raise AssertionError  # there is a limit
@@ -239,7 +237,7 @@ class ArmFront:
         if not found.resolved:
             raise NotFoundError(
                 f"the full model is left with {found.replay.residual_energy:.2e} J, "
-                f"{self.residual:g} J are allowed"
+                f"{self.residual:g} J are allowed (more by --residual-energy)"
                 if not found.still
                 else "less smoothness and a finer mesh still gain more than a per cent"
             )
