@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ocp.problem.functionals import pieces_over
 from ocp.problem.instants import stepping_times
 from ocp.problem.phase import Phase
-from ocp.problem.problem import Problem
+from ocp.problem.problem import Problem, expressions_over
 from ocp.problem.symbols import Between
 
 _MOST_SHOWN = 4
@@ -28,9 +27,7 @@ def unplaced_times(problem: Problem) -> Iterator[tuple[Phase, tuple[float, ...]]
             continue
         first = start.lower if isinstance(start, Between) else float(start)
         last = end.upper if isinstance(end, Between) else float(end)
-        expressions = [*phase.dynamics.values(), *(bound.expression for bound in phase.bounds)]
-        expressions += [piece for _, piece in pieces_over(problem.functionals, phase.name)]
-        times = stepping_times(expressions, first, last)
+        times = stepping_times(expressions_over(phase, problem.functionals), first, last)
         if times:
             yield phase, times
 

@@ -285,14 +285,19 @@ def _summed(
     return weights
 
 
+def expressions_over(phase: Phase, functionals: Iterable[Functional]) -> list[ca.SX]:
+    """The dynamics, the bounds and the pieces of functionals of a phase."""
+    bounds = [bound.expression for bound in phase.bounds]
+    pieces = [piece for _, piece in pieces_over(functionals, phase.name)]
+    return [*phase.dynamics.values(), *bounds, *pieces]
+
+
 def _steps(phase: Phase, functionals: Iterable[Functional]) -> tuple[float, ...]:
     """Times inside a phase at which its expressions step or bend; none where its times are free."""
     start, end = phase.start, phase.end
     if isinstance(start, Between) or isinstance(end, Between):
         return ()
-    expressions = [*phase.dynamics.values(), *(bound.expression for bound in phase.bounds)]
-    expressions += [expression for _, expression in pieces_over(functionals, phase.name)]
-    times = {*phase.breakpoints, *stepping_times(expressions, start, end)}
+    times = {*phase.breakpoints, *stepping_times(expressions_over(phase, functionals), start, end)}
     return tuple(sorted(time for time in times if start < time < end))
 
 

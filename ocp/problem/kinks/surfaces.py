@@ -9,8 +9,8 @@ import casadi as ca
 
 from ocp.numerics.kinks import KinkSurfaces, kinked_operations
 from ocp.problem.display import functional_text
-from ocp.problem.functionals import Integral, pieces_over
-from ocp.problem.problem import Problem
+from ocp.problem.functionals import Integral
+from ocp.problem.problem import Problem, expressions_over
 from ocp.problem.symbols import Signal, State, is_number
 
 # Of expressions that are held against each other: that of a negative signal
@@ -70,13 +70,7 @@ def roundable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
 
     Those of time alone are at known instants, which have breakpoints of the mesh.
     """
-    surfaces = KinkSurfaces.of(
-        [
-            *problem.phase(phase).dynamics.values(),
-            *(bound.expression for bound in problem.phase(phase).bounds),
-            *(piece for _, piece in pieces_over(problem.functionals, phase)),
-        ]
-    )
+    surfaces = KinkSurfaces.of(expressions_over(problem.phase(phase), problem.functionals))
     signals = problem.signals[phase]
     symbols = ca.vertcat(*[signal.symbol for signal in signals])
     return surfaces.only(
