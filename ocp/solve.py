@@ -17,7 +17,7 @@ from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.collapse import collapsed
-from ocp.nlp.failures import failure, remedy_for_kinks
+from ocp.nlp.failures import failure, remedy_for_bends
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
@@ -365,8 +365,8 @@ def _unverified(
     ended = refinement.ending == "budget"
     when = f" when the budget of {meshes.budget} was used up" if ended else ""
     reasons = "; ".join(solution.verification.reasons)
-    kinks = remedy_for_kinks(meshes.problem)
-    advice = remark or f"{kinks}loosen the tolerance named, allow more rounds or intervals"
+    bends = remedy_for_bends(meshes.problem)
+    advice = remark or f"{bends}loosen the tolerance named, allow more rounds or intervals"
     return Unverified(
         f"the answer for '{meshes.problem.name}' did not pass its verification{when}: {reasons}; "
         f"{advice}, or look at the unverified answer in error.iterate",

@@ -174,7 +174,7 @@ class _FailedSolve:
         """What makes a statement hard to solve, and what to do; ends with "or", or is empty."""
         result, constants = self.result, self.parameters.vector
         flat = flat_rows(self.transcription, result.x, result.rows, self.limits, constants)
-        return remedy_for_flat_rows(flat) + remedy_for_kinks(self.problem)
+        return remedy_for_flat_rows(flat) + remedy_for_bends(self.problem)
 
     def invalid_number(self) -> InvalidNumber:
         """A value or a derivative is NaN or infinite."""
@@ -242,14 +242,16 @@ class _FailedSolve:
         )
 
 
-def remedy_for_kinks(problem: Problem) -> str:
+def remedy_for_bends(problem: Problem) -> str:
+    """What steps or bends where no mesh follows, or else has kinks; ends with "or", or is empty."""
+    return remedy_for_unplaced_times(problem) or _remedy_for_kinks(problem)
+
+
+def _remedy_for_kinks(problem: Problem) -> str:
     """What has kinks, which a solver of smooth problems may not get past, and what to do.
 
     Ends with "or", as other remedies follow. Empty if nothing has kinks.
     """
-    unplaced = remedy_for_unplaced_times(problem)
-    if unplaced:
-        return unplaced
     for what, operations in kinks_of(problem):
         return (
             f"{what} has a kink, by {' and '.join(operations)}: {_as_integral(problem, what)}state "

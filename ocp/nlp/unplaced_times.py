@@ -38,8 +38,8 @@ def remedy_for_unplaced_times(problem: Problem) -> str:
         shown = ", ".join(f"{time:.6g}" for time in times[:_MOST_SHOWN])
         more = f" and {len(times) - _MOST_SHOWN} more times" if len(times) > _MOST_SHOWN else ""
         return (
-            f"expressions of phase '{phase.name}' step or bend at {shown} s{more} while its own "
-            "times are free, which no mesh follows: split the phase there, and link the parts by "
-            "joined(first, second); or "
+            f"expressions of phase '{phase.name}' step or bend at {shown} s{more}, and no mesh "
+            "follows that where a time of the phase is free: split the phase there, and link the "
+            "parts by joined(first, second); or "
         )
     return ""

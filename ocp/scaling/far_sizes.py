@@ -6,7 +6,7 @@ Limits of plus and minus 1e6, written for none, say nothing of how large a signa
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 
 from ocp.mesh.initial_guess import InitialGuess
 from ocp.scaling.scales import Scales
@@ -76,12 +76,17 @@ def _far_below(scales: Scales, motion: InitialGuess, reasons: Set[str]) -> Set[s
             return largest_finite(motion.unknowns[name])
         return max(largest_finite(values.get(name, 0.0)) for values in phases)
 
-    given = ((name, size) for name, size, why in scales.symbols_with_reasons if why in reasons)
-    return {name for name, size in given if ROOMY * largest(name) < size}
+    return {name for name, size in _given(scales, reasons) if ROOMY * largest(name) < size}
 
 
 def _many_times(scales: Scales, of_motion: Scales, reasons: Set[str], factor: float) -> list[str]:
     """Those whose sizes, for which there are such reasons, are many times those of a motion."""
     sizes = of_motion.symbols
-    given = ((name, size) for name, size, why in scales.symbols_with_reasons if why in reasons)
-    return [name for name, size in given if size > factor * sizes[name]]
+    return [name for name, size in _given(scales, reasons) if size > factor * sizes[name]]
+
+
+def _given(scales: Scales, reasons: Set[str]) -> Iterator[tuple[str, float]]:
+    """Names and sizes for which there are such reasons."""
+    for name, size, why in scales.symbols_with_reasons:
+        if why in reasons:
+            yield name, size

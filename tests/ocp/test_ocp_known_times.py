@@ -255,7 +255,7 @@ def wind_over(phase_times):
 
 
 def test_times_that_no_mesh_follows_are_named_and_a_phase_that_is_split_there_is_solved() -> None:
-    with pytest.raises(SolveFailed, match=r"'part 0' step or bend at 0\.3, 0\.5 s while its own"):
+    with pytest.raises(SolveFailed, match=r"'part 0' step or bend at 0\.3, 0\.5 s, and no mesh"):
         solve(wind_over([0.0]), settings=Settings(iterations=200))
     # with the end at T: (1 - W(T))^2 / T + T / 100, W(T) = 0.9 + 0.2 (T - 0.5)
     found = solve(wind_over([0.0, 0.3, 0.5]))

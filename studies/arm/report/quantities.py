@@ -115,14 +115,13 @@ def quantities_of(
         Of root and elbow [N m], where it is known better than from the replay's instants.
     """
     peaks = replayed.peak_torque if peak_torque is None else peak_torque
+
+    # with less than a search asks for, the arm is as still as one that is left with nothing
+    left = replayed.residual_energy
+    residual = Metric("residual_energy", "residual energy", "J", left, negligible=RESIDUAL)
+
     return [
-        Metric(
-            "residual_energy",
-            "residual energy",
-            "J",
-            replayed.residual_energy,
-            negligible=RESIDUAL,
-        ),
+        residual,
         Metric("angle_miss", "angle miss at the lock", "rad", replayed.miss),
         _settling(replayed, pointing_error),
         *_on_the_satellite(history),
