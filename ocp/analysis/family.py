@@ -29,7 +29,7 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
-from ocp.refinement.better_motions.saddles import kind_of_stationary, lower_motion
+from ocp.refinement.better_motions.saddles import lower_motion, stationary_point
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
@@ -354,12 +354,13 @@ class _Walk:
 
         iterations = result.iterations
         point = StartingPoint.at(result)
-        kind = kind_of_stationary(meshes, program, point, seems_least=result.seems_least)
-        if kind != "minimum":
+        stationary = stationary_point(meshes, program, point, seems_least=result.seems_least)
+        if not stationary.is_minimum:
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
             rounds = [record_of(program.mesh, result, None)]
             motion = trajectory_of(program, result.x, meshes.parameters)
-            below = lower_motion(meshes, iterate_of(program, result, motion), kind, rounds)
+            iterate = iterate_of(program, result, motion)
+            below = lower_motion(meshes, iterate, stationary, rounds)
             if below is not None:
                 return self._alone(meshes, below, below.mesh, rounds)
             iterations = iterations_of(rounds)

@@ -26,7 +26,9 @@ from ocp.transcription.transcribe import ProgramLimits
 
 # A cubic that has a minimum has a hill beside it, behind which it falls. Where that is lower than
 # this part of the objective, the point is an inflection or next to one: the way beyond is tried.
-_HILL = 1e-4
+# A higher hill is one that changes of the active limits make as often: of a motion with dozens of
+# switches a cubic says little so far from its minimum.
+_HILL = 1e-5
 
 # How far the cubic has to fall behind the hill where the unknown changes by its reach, as a part of
 # the objective. Less may be what rounding makes of an unknown without influence.

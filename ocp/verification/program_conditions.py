@@ -20,7 +20,7 @@ from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
-from ocp.refinement.better_motions.saddles import kind_of_stationary, lower_motion
+from ocp.refinement.better_motions.saddles import lower_motion, stationary_point
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.settings import Settings
@@ -172,15 +172,17 @@ def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
     rounds: list[MeshIteration] = []
     gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
     try:
-        kind = kind_of_stationary(meshes, program, point)
-        if kind != "minimum":
-            lower = lower_motion(meshes, iterate, kind, rounds)
+        stationary = stationary_point(meshes, program, point)
+        if not stationary.is_minimum:
+            lower = lower_motion(meshes, iterate, stationary, rounds)
     except Unbounded:
         gain, sentence = np.inf, "beside this motion the objective runs away"
     else:
         if lower is not None:
             gain = abs(lower.objective - iterate.objective) / iterate.objective_size
             sentence = "a motion beside this one, on its mesh, is better by this part"
-        elif kind == "inflection" and all(math.isnan(tried.objective) for tried in rounds):
+        elif stationary.kind == "inflection" and all(
+            math.isnan(tried.objective) for tried in rounds
+        ):
             gain, sentence = np.inf, "slope and curvature vanish, and no run from beside it ended"
     return Condition("curvature", gain, allowed.gain, sentence)

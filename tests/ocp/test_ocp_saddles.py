@@ -30,7 +30,7 @@ from ocp import (
 )
 from ocp.nlp.saddle import added_curvature, starts_beside
 from ocp.nlp.solver import StartingPoint
-from ocp.refinement.better_motions.saddles import kind_of_stationary
+from ocp.refinement.better_motions.saddles import StationaryPoint, stationary_point
 
 PUSH = Constant("push", "1/s^2", 5.0)
 
@@ -260,11 +260,12 @@ def test_a_certificate_refuses_an_inflection(
 def test_a_switch_without_influence_is_no_inflection(monkeypatch: pytest.MonkeyPatch) -> None:
     kinds: list[str] = []
 
-    def noted(*arguments: Any, **options: Any) -> str:
-        kinds.append(kind_of_stationary(*arguments, **options))
-        return kinds[-1]
+    def noted(*arguments: Any, **options: Any) -> StationaryPoint:
+        found = stationary_point(*arguments, **options)
+        kinds.append(found.kind)
+        return found
 
-    monkeypatch.setattr("ocp.refinement.reviews.left_saddle.kind_of_stationary", noted)
+    monkeypatch.setattr("ocp.refinement.reviews.left_saddle.stationary_point", noted)
     found = solve(handed_over(1.0))
     assert found.objective == pytest.approx(12.0 / 6.0**1.5 + math.sqrt(6.0), rel=1e-6)
     assert set(kinds) == {"minimum"}

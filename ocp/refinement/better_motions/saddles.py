@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -32,7 +33,7 @@ from ocp.problem.kinks.surfaces import kinks_of
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import trajectory_of
-from ocp.transcription.transcribe import Transcription
+from ocp.transcription.transcribe import ProgramLimits, Transcription
 
 # Fall of the scaled Lagrangian per scaled change of the unknowns, from which on a point is at a
 # concave kink
@@ -41,12 +42,29 @@ _FALL = 1e-3
 # Scaled violation of the rows up to which a motion counts as one of its mesh.
 _MET = 1e-8
 
-# What a stationary point is, as far as could be told
-Stationary = Literal["minimum", "saddle", "degenerate saddle", "inflection"]
+
+@dataclass(frozen=True, eq=False)
+class StationaryPoint:
+    """What a stationary point is, as far as could be told.
+
+    Attributes
+    ----------
+    kind : str
+    way_down : (n,) or None
+        From an inflection: a change of the scaled unknowns.
+    """
+
+    kind: Literal["minimum", "saddle", "degenerate saddle", "inflection"]
+    way_down: Array | None = None
+
+    @property
+    def is_minimum(self) -> bool:
+        """Whether nothing else was found."""
+        return self.kind == "minimum"
 
 
 def lower_motion(
-    meshes: MeshSolver, answer: Iterate, kind: Stationary, rounds: list[MeshIteration]
+    meshes: MeshSolver, answer: Iterate, stationary: StationaryPoint, rounds: list[MeshIteration]
 ) -> Iterate | None:
     """A motion on the same mesh whose objective is lower than that of an answer that is a saddle.
 
@@ -55,8 +73,8 @@ def lower_motion(
     Parameters
     ----------
     answer : Iterate
-    kind : all but "minimum"
-        What `kind_of_stationary` says of it.
+    stationary : StationaryPoint
+        The answer's; no minimum.
     rounds : list of MeshIteration
         Until now. What is tried is appended.
 
@@ -72,14 +90,14 @@ def lower_motion(
         # where breakpoints lie alters the objective by errors of the mesh alone, up or down
         program = meshes.next_program(answer, answer.fixed_mesh)
         point = meshes.starting_point(program, answer, meshes.limits(program))
-        kind = kind_of_stationary(meshes, program, point)
-        if kind == "minimum":
+        stationary = stationary_point(meshes, program, point)
+        if stationary.is_minimum:
             return None
 
     sense = meshes.problem.sense
     least = meshes.settings.accuracy.objective * answer.objective_size
     solver = without_standstill(meshes.settings.solver).within(PATIENCE, math.inf)
-    for starts in _starts(meshes, program, point, kind):
+    for starts in _starts(point, meshes.limits(program), stationary):
         # one side may lead to a corner nearby, and the other one far down
         found = [_found(meshes, solver, program, start, rounds) for start in starts]
         below = min(
@@ -92,14 +110,14 @@ def lower_motion(
     return None
 
 
-def kind_of_stationary(
+def stationary_point(
     meshes: MeshSolver,
     program: Transcription,
     point: StartingPoint,
     *,
     seems_least: bool = False,
-) -> Stationary:
-    """What a stationary point of a program is, if it is no minimum.
+) -> StationaryPoint:
+    """What a stationary point of a program is.
 
     It may be a saddle where there is a concave kink, or IPOPT has to add curvature: some change may
     also leave the objective as it is. At a degenerate saddle the objective is flat, and lower
@@ -119,29 +137,26 @@ def kind_of_stationary(
     """
     limits, parameters = meshes.limits(program), meshes.parameters.vector
     if is_degenerate_saddle(program.program, point, limits, parameters):
-        return "degenerate saddle"
+        return StationaryPoint("degenerate saddle")
     # CasADi takes the slope of a modulus of zero to be zero, so that no curvature is asked for
     kinked = bool(kinks_of(meshes.problem))
     if kinked and fall_beside(program.program, point, limits, parameters) > _FALL:
-        return "saddle"
-    if _way_down(meshes, program, point) is not None:
-        return "inflection"
+        return StationaryPoint("saddle")
+    way_down = _way_down(meshes, program, point)
+    if way_down is not None:
+        return StationaryPoint("inflection", way_down)
     if seems_least or added_curvature(program.program, point, limits, parameters) == 0:
-        return "minimum"
-    return "saddle"
+        return StationaryPoint("minimum")
+    return StationaryPoint("saddle")
 
 
 def _starts(
-    meshes: MeshSolver, program: Transcription, point: StartingPoint, kind: Stationary
+    point: StartingPoint, limits: ProgramLimits, stationary: StationaryPoint
 ) -> Iterator[Sequence[StartingPoint]]:
     """Where the solver is run again from, nearest first."""
-    limits = meshes.limits(program)
-    if kind != "inflection":
-        yield from starts_beside(point, limits, degenerate=kind == "degenerate saddle")
-        return
-    way = _way_down(meshes, program, point)
-    if way is not None:
-        yield from starts_along(point, limits, way)
+    if stationary.way_down is not None:
+        return starts_along(point, limits, stationary.way_down)
+    return starts_beside(point, limits, degenerate=stationary.kind == "degenerate saddle")
 
 
 def _way_down(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> Array | None:

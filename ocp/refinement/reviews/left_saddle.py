@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ocp.nlp.result import NEAR
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.better_motions.saddles import Stationary, kind_of_stationary, lower_motion
+from ocp.refinement.better_motions.saddles import StationaryPoint, lower_motion, stationary_point
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.other_controls.promise import promise_of_other_valleys
 from ocp.refinement.reviews.finding import Candidate, Finding, Onward
@@ -22,10 +22,10 @@ def left_saddle(answer: Candidate) -> Finding:
     meshes, iterate = answer.meshes, answer.best.iterate
     if answer.ending == "budget":
         return Finding()
-    kind = _kind_of(meshes, answer.best, answer.history.solved)
-    if kind == "minimum":
+    stationary = _stationary_point(meshes, answer.best, answer.history.solved)
+    if stationary.is_minimum:
         return Finding()
-    below = lower_motion(meshes, iterate, kind, answer.history.rounds)
+    below = lower_motion(meshes, iterate, stationary, answer.history.rounds)
     if below is None or _is_little_beside_others(meshes, iterate, below):
         return Finding()
     # on a fixed mesh a saddle may hold better than what is lower, and is no answer
@@ -33,13 +33,15 @@ def left_saddle(answer: Candidate) -> Finding:
     return Finding(Onward(below, below.mesh, "as good" if adapts else "none", below.objective))
 
 
-def _kind_of(meshes: MeshSolver, best: SolvedMesh, solved: Sequence[SolvedMesh]) -> Stationary:
+def _stationary_point(
+    meshes: MeshSolver, best: SolvedMesh, solved: Sequence[SolvedMesh]
+) -> StationaryPoint:
     """What the best answer is, with what the solver last told on the way to it."""
     # a mesh solved again takes hardly a step, and tells nothing new
     until = solved[: solved.index(best) + 1]
     told = [s.seems_least for s in until if s.iterations >= NEAR]
     program, point = best.iterate.transcription, StartingPoint.at(best.iterate)
-    return kind_of_stationary(meshes, program, point, seems_least=bool(told) and told[-1])
+    return stationary_point(meshes, program, point, seems_least=bool(told) and told[-1])
 
 
 def _is_little_beside_others(meshes: MeshSolver, answer: Iterate, below: Iterate) -> bool:
