@@ -46,6 +46,9 @@ _LEFT_ALONE = 0.25
 # Nor does one that gains less than this part of what the worst one gains. It is small, because what
 # a rough control promises is often a thousand times what it gains.
 _LEAST_GAIN = 1e-5
+# Unknowns of a program up to which breakpoints move in brackets. In a larger one an iteration is
+# dear, and they cost more of them than short intervals beside each jump.
+_MOST_IN_MOTION = 10_000
 # finer meshes in a row on which nothing was gained, after which a promised gain counts as noise
 _REFUTED = 2
 
@@ -70,7 +73,8 @@ class AdaptiveMesh:
     highest_degree : int
         Of an interval.
     move_breakpoints : bool
-        Whether breakpoints may move onto the jumps of controls.
+        Whether breakpoints may move onto the jumps of controls. With more than 10,000 unknowns they
+        do so only where one stands at a wrong time.
     most_unknowns : int
         Of a nonlinear program, up to which intervals are cut for their controls. Beyond it they are
         cut only where the dynamics or the limits do not hold, and the verdict says what finer
@@ -146,6 +150,7 @@ class AdaptiveMesh:
             most_intervals=self.most_intervals,
             highest_degree=0 if last.iterate.scheme.fixed_degree else self.highest_degree,
             move_breakpoints=self.move_breakpoints,
+            brackets_move=self.move_breakpoints,
             is_motion=last.errors.dynamics <= _A_MOTION,
             resolves_jumps=_resolves_jumps(last, accuracy),
         )
@@ -159,7 +164,11 @@ class AdaptiveMesh:
             ]
 
         phases = phases_for(demands)
-        if _unknowns(last.iterate, [phase.mesh for phase in phases]) > self.most_unknowns:
+        size = _unknowns(last.iterate, [phase.mesh for phase in phases])
+        if size > _MOST_IN_MOTION:
+            demands = replace(demands, brackets_move=False)
+            phases = phases_for(demands)
+        if size > self.most_unknowns:
             if _only_peaks_leak(last, accuracy):
                 return None
             phases = phases_for(replace(demands, least_gain=np.inf, leaves_controls=True))

@@ -47,6 +47,8 @@ class MeshDemands:
         Up to which the degree of an interval is raised; 0 where no degree is raised.
     move_breakpoints : bool
         Whether breakpoints may move onto the jumps of controls.
+    brackets_move : bool
+        Whether a breakpoint moves in the bracket of a jump that was located.
     is_motion : bool
         Whether the solved mesh holds the dynamics well enough to say where anything switches.
     resolves_jumps : bool
@@ -61,6 +63,7 @@ class MeshDemands:
     most_intervals: int
     highest_degree: int
     move_breakpoints: bool
+    brackets_move: bool
     is_motion: bool
     resolves_jumps: bool
     leaves_controls: bool = False
@@ -154,7 +157,7 @@ def _refined(
         # gains beside it are those of controls that will change.
         start = freed_at(base, motion.fractions[1:-1][held])
         errors = replace(errors, gain=np.where(beside(held), 0.0, errors.gain))
-    bracketed = with_brackets(start, jumps, demands.move_breakpoints, known)
+    bracketed = with_brackets(start, jumps, demands.brackets_move, known)
     near = NEAR if last.tight else NEAR_WHILE_ROUGH
     crossed = with_crossings(bracketed or start, awaited, known, near)
     errors = _without_errors_at(errors, motion, awaited.last.crossings.places[crossed.moved])
