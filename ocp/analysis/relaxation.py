@@ -23,6 +23,7 @@ from ocp.errors import SolveFailed, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.initial_guess import InitialGuess, initial_guess
 from ocp.mesh.trajectory import Trajectory
+from ocp.optimality.active_set import path_multiplier_sums
 from ocp.optimality.number_steps import nearest_step
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
@@ -59,8 +60,11 @@ _TIE = 1e-3
 # Price of a control's mean square in its size, without which nothing determines the motion.
 _PRICE = 1e-7
 
+# Times as strongly as an earlier phase, with which a later one has to need a limit to be named.
+_MORE = 10.0
+
 _GUESS_SAMPLES = 201  # of a phase, by which the guess is handed on
-_SAMPLES = 2001  # of a phase, among which the instant is looked for that needs the relaxation
+_SAMPLES = 2001  # of an interval, among which the instant is looked for that needs the relaxation
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ class Relaxed:
     name, side : str
         Of the limit.
     phase, time : str and float or None
-        Where the motion found makes use of it [s]; "" and None for a number of the whole motion.
+        Where the motion needs it most [s]; "" and None for a number of the whole motion.
     unit : str
         Of the two numbers that follow.
     limit, needed : float
@@ -94,7 +98,7 @@ class Relaxed:
 
     def __str__(self) -> str:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
-        where = f" (used in phase '{self.phase}' at {self.time:.4g} s)" if self.phase else ""
+        where = f" (needed in phase '{self.phase}' at {self.time:.4g} s)" if self.phase else ""
         return (
             f"'{self.name}' from {self.limit:.6g} to {self.needed:.6g}{unit}, by "
             f"{self.amount:.4g}{unit}{where}"
@@ -464,14 +468,36 @@ def _item(slack: _Slack, amount: float, solution: Solution, parameters: Paramete
         phase = slack.end[0]
         time = float(solution.trajectory.phase(phase).breakpoints[slack.end[1]])
 
-    highest = -math.inf
+    pull = -math.inf
     for name, expression in slack.path.items():
-        motion = solution.trajectory.phase(name)
-        times = np.linspace(motion.start, motion.end, _SAMPLES)
-        values = sign * solution.sample(expression, times, name)
-        if values.max() > highest:
-            highest, phase, time = values.max(), name, float(times[np.argmax(values)])
+        time_there, pull_there = _where_it_pulls(slack, expression, solution, name)
+        # at an instant that two phases share, multipliers may be those of either
+        if pull == -math.inf or pull_there > _MORE * pull:
+            phase, time, pull = name, time_there, pull_there
 
     limit = parameters.limit(slack.limit)
     needed = limit + sign * amount
     return Relaxed(slack.name, slack.side, phase, time, slack.unit, limit, needed)
+
+
+def _where_it_pulls(
+    slack: _Slack, expression: Any, solution: Solution, name: str
+) -> tuple[float, float]:
+    """The time at which a phase needs the slack of a path limit most [s], and how strongly.
+
+    Once a limit has moved, a motion goes up to it elsewhere as well. The multipliers tell where it
+    has to.
+    """
+    iterate, motion = solution.kept_iterate, solution.trajectory.phase(name)
+    index = [phase.name for phase in solution.trajectory.phases].index(name)
+    names = [own.name for own in iterate.transcription.constraints[index]]
+    sums = path_multiplier_sums(iterate, index)
+    pulls = sums.get(names.index(f"{slack.name} {slack.side}"), np.zeros(motion.intervals))
+
+    most = int(np.argmax(pulls))
+    pulled = pulls[most] > 0.0
+    first, last = motion.breakpoints[most : most + 2] if pulled else (motion.start, motion.end)
+    times = np.linspace(first, last, _SAMPLES)
+    values = solution.sample(expression, times, name)
+    highest = np.argmax(values if slack.side == "upper" else -values)
+    return float(times[highest]), float(pulls[most])

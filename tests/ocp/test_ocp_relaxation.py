@@ -198,3 +198,5 @@ def test_a_gate_between_the_points_has_to_give_way():
     needed = relaxed(Problem("gate", move, minimise=move.integral(u**2)))
     (item,) = needed.items
     assert item.amount == pytest.approx(0.3, rel=1e-3)
+    # the motion found goes up to the limit that has moved elsewhere, too
+    assert item.time == pytest.approx(0.4321, abs=1e-3)
