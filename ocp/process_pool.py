@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Sequence
+import signal
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from types import TracebackType
@@ -25,7 +27,8 @@ def processors() -> int:
 class ProcessPool:
     """A `ProcessPoolExecutor` whose calls are given up where its `with` block is left by an error.
 
-    The executor alone would let its processes finish every call that it was given.
+    The executor alone would let its processes finish every call that it was given. They end without
+    a word, and Ctrl-C, which a terminal sends to all of them, is for the process that waits alone.
 
     Parameters
     ----------
@@ -45,6 +48,9 @@ class ProcessPool:
         arguments: Sequence[Any] = (),
     ) -> None:
         self._others = set(multiprocessing.active_children())
+        self._forks = context.get_start_method() == "fork"
+        if self._forks:
+            initializer, arguments = _begin_forked, (initializer, arguments)
         self._executor = ProcessPoolExecutor(workers, context, initializer, tuple(arguments))
         self._processes: set[BaseProcess] = set()
 
@@ -52,7 +58,8 @@ class ProcessPool:
         """Have functions called with their arguments; it starts the processes."""
         futures = []
         for function, given in calls:
-            futures.append(self._executor.submit(function, *given))
+            with _signals_wait(of_forked=self._forks):
+                futures.append(self._executor.submit(function, *given))
             self._processes |= self._started()  # now, as one may die before the next call
         return futures
 
@@ -78,3 +85,29 @@ class ProcessPool:
 
     def _started(self) -> set[BaseProcess]:
         return set(multiprocessing.active_children()) - self._others
+
+
+@contextmanager
+def _signals_wait(*, of_forked: bool) -> Iterator[None]:
+    """Let signals wait meanwhile, and those that are for this process alone in all that it starts.
+
+    A process begins with the signals that its parent lets wait. No code of its own is needed, so
+    that it may load its libraries later.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield  # Windows has none
+        return
+    waiting = {signal.SIGINT, signal.SIGTERM} if of_forked else {signal.SIGINT}
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, waiting)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, former)
+
+
+def _begin_forked(initializer: Callable[..., object] | None, arguments: Sequence[Any]) -> None:
+    """Begin a forked process, which has the handlers of its parent: they would raise an error."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
+    if initializer is not None:
+        initializer(*arguments)

@@ -17,21 +17,27 @@ Progress = Callable[[str], None]
 class LiveLine:
     """One line that is written over and over on a terminal.
 
-    Where the stream is no terminal (a file, a notebook) it writes one line a mesh iteration.
+    Where the stream is no terminal (a file, a notebook) it writes one line a mesh iteration, of
+    each of the solves that run side by side.
     """
 
     stream: TextIO = field(default_factory=lambda: sys.stderr)
     _width: int = 0
-    _mesh_iteration: str = ""
+    _mesh_iterations: dict[str, str] = field(default_factory=dict)
 
     def __call__(self, text: str) -> None:
         """Show a line of text in the place of the one before."""
         if self.stream.isatty():
             self.stream.write(f"\r{text:<{self._width}}")
             self._width = len(text)
-        elif self._mesh_iteration != (mesh_iteration := text.partition(", iteration")[0]):
-            self.stream.write(f"{mesh_iteration}\n")
-            self._mesh_iteration = mesh_iteration
+        else:
+            mesh_iteration = text.partition(", iteration")[0]
+            solve = mesh_iteration.rpartition("mesh iteration")[0]
+            if self._mesh_iterations.get(solve) != mesh_iteration:
+                self.stream.write(f"{mesh_iteration}\n")
+                if not solve:  # another line: what comes next may be another solve
+                    self._mesh_iterations.clear()
+                self._mesh_iterations[solve] = mesh_iteration
         self.stream.flush()
 
     def close(self) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -19,14 +19,9 @@ import numpy as np
 
 from ocp.analysis.optima import Optimum, Trial, distinct_optima, same_value
 from ocp.analysis.random_guess import random_trajectory
-from ocp.analysis.rescue import rescued
-from ocp.analysis.worker_processes import (
-    Guess,
-    leave_if_imported_again,
-    solved_in_processes,
-    unverified_answer,
-)
-from ocp.errors import BudgetSpent, Interrupted, OcpError, StatementError, Unverified
+from ocp.analysis.rescue import Guess, StartAnswer, answered
+from ocp.analysis.worker_processes import StartJob, leave_if_imported_again, solved_in_processes
+from ocp.errors import Interrupted, OcpError, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
@@ -35,7 +30,7 @@ from ocp.process_pool import processors
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import check_arguments, solve
+from ocp.solve import check_arguments
 from ocp.verdict import BOUND_MET, gap_to_bound
 
 Start = Problem | Solution | Trajectory
@@ -173,7 +168,9 @@ def _trials(
     finished: Callable[[Trial], None] | None,
 ) -> tuple[list[Trial], bool]:
     """Trials of all starts until they are enough, and whether the user stopped them."""
-    running = search.side_by_side(named, workers) if workers > 1 else search.in_turn(named, say)
+    running = (
+        search.side_by_side(named, workers, say) if workers > 1 else search.in_turn(named, say)
+    )
     trials: list[Trial] = []
     interrupted = False
 
@@ -185,8 +182,10 @@ def _trials(
             if finished:
                 finished(trial)
 
-            interrupted = stopped
-            if stopped or (trial.error is None and limit.is_met(trial)):
+            interrupted = interrupted or stopped
+            if interrupted:
+                continue  # what was reached until then still comes
+            if trial.error is None and limit.is_met(trial):
                 break
             if enough and enough(trials):
                 break
@@ -295,12 +294,6 @@ class _Starts:
         """What is left of the budget [s]."""
         return math.inf if self.until is None else self.until - clock.perf_counter()
 
-    def within(self, seconds: float) -> Settings:
-        """The settings of a start that may take so long, and no longer than they say."""
-        own = math.inf if self.settings.seconds is None else self.settings.seconds
-        least = min(own, seconds)
-        return self.settings if math.isinf(least) else replace(self.settings, seconds=least)
-
     def in_turn(
         self, named: Mapping[str, StartLike], say: Progress | None
     ) -> Generator[tuple[Trial, bool]]:
@@ -313,60 +306,56 @@ class _Starts:
             left = self.left()
             if left <= 0.0:
                 return
-            prefix = f"start {number} of {len(named)} ({name}): "
-            told = partial(_prefixed, say, prefix) if say else None
-            begin = clock.perf_counter()
-            solution: Solution | None = None
-            error: Exception | None = None
-            problem: Problem | None = None
-            with noted_interrupts() as interrupts:
-                try:
-                    problem, guess = self._resolved(name, start)
-                    solution = solve(
-                        problem,
-                        settings=self.within(left),
-                        guess=guess,
-                        bound=self.bound,
-                        progress=told,
-                    )
-                except Unverified as unverified:
-                    solution, error = unverified_answer(unverified)
-                except self.failures as failure:
-                    error = failure
-
+            answer = answered(
+                partial(self._resolved, name, start),
+                self.settings,
+                self.bound,
+                left,
+                failures=self.failures,
+                progress=partial(_prefixed, say, _prefix(number, named, name)) if say else None,
+            )
             # what comes too late to stop this start leaves out those after it
-            stopped = isinstance(error, Interrupted)
-            stopped = stopped or (interrupts.asked and number < len(named))
-            # what was cut short by the budget of all starts is worth as much as what was stopped
-            cut_short = isinstance(error, BudgetSpent) and self.left() <= 0.0
-            if problem is not None and (cut_short or isinstance(error, Interrupted)):
-                assert isinstance(error, (BudgetSpent, Interrupted))
-                solution, error = self._rescued(problem, error, told)
-            yield self._trial(name, solution, error, clock.perf_counter() - begin), stopped
+            stopped = isinstance(answer.error, Interrupted)
+            stopped = stopped or (answer.stopped and number < len(named))
+            yield self._trial(name, answer), stopped
+            if stopped:
+                return
 
     def side_by_side(
-        self, named: Mapping[str, StartLike], workers: int
+        self, named: Mapping[str, StartLike], workers: int, say: Progress | None
     ) -> Generator[tuple[Trial, bool]]:
-        """Trials in the order of the starts, solved in processes of their own."""
-        jobs: list[tuple[str, Problem, Guess] | Trial] = []
-        for name, start in named.items():
+        """Trials in the order of the starts, solved in processes of their own.
+
+        When the user asks to stop, what the processes have reached by then comes still.
+        """
+        jobs = self._jobs(named)
+        with (
+            noted_interrupts() as interrupts,
+            closing(
+                solved_in_processes(jobs, self.bound, workers, say, lambda: interrupts.asked)
+            ) as found,
+        ):
+            for one in found:
+                trial = one if isinstance(one, Trial) else self._trial(one[0].name, one[1])
+                yield trial, interrupts.asked
+
+    def _jobs(self, named: Mapping[str, StartLike]) -> Iterator[StartJob | Trial]:
+        """What is sent to processes, or has come of a start already, each when its turn comes."""
+        for number, (name, start) in enumerate(named.items(), start=1):
             earlier = self.earlier(name)
             if earlier is not None:
-                jobs.append(earlier)
+                yield earlier
                 continue
             try:
-                jobs.append((name, *self._resolved(name, start)))
+                problem, guess = self._resolved(name, start)
             except self.failures as failure:
-                jobs.append(Trial(name, None, failure, math.nan, 0.0))
-
-        sent = [job[1:] for job in jobs if not isinstance(job, Trial)]
-        settings = self.within(self.left())
-        with closing(solved_in_processes(sent, settings, self.bound, workers)) as answers:
-            for job in jobs:
-                if isinstance(job, Trial):
-                    yield job, False
-                else:
-                    yield self._trial(job[0], *next(answers)), False
+                yield Trial(name, None, failure, math.nan, 0.0)
+                continue
+            left = self.left()
+            if left <= 0.0:
+                return
+            prefix = _prefix(number, named, name)
+            yield StartJob(name, problem, guess, self.settings, left, prefix)
 
     def _resolved(self, name: str, start: StartLike) -> tuple[Problem, Guess]:
         """The problem and guess of a start."""
@@ -384,27 +373,18 @@ class _Starts:
             )
         return self.problem, given
 
-    def _rescued(
-        self, problem: Problem, stop: Interrupted | BudgetSpent, told: Progress | None
-    ) -> tuple[Solution | None, Exception | None]:
-        """What a stopped start had reached, and why it does not count if it does not."""
-        try:
-            solution = rescued(problem, stop, settings=self.settings, progress=told)
-        except (Interrupted, KeyboardInterrupt):
-            return None, stop
-        if solution is None or not solution.verification.passed:
-            return solution, stop
-        return solution, None
-
-    def _trial(
-        self, name: str, solution: Solution | None, error: Exception | None, seconds: float
-    ) -> Trial:
-        value = math.nan
+    def _trial(self, name: str, answer: StartAnswer) -> Trial:
+        value, solution = math.nan, answer.solution
         if solution is not None:
             value = solution.objective
             if self.value is not None:
                 value = float(self.value(solution.problem, solution))
-        return Trial(name, solution, error, value, seconds)
+        return Trial(name, solution, answer.error, value, answer.seconds)
+
+
+def _prefix(number: int, named: Mapping[str, StartLike], name: str) -> str:
+    """Which start a line of progress is about."""
+    return f"start {number} of {len(named)} ({name}): "
 
 
 def _prefixed(say: Progress, prefix: str, line: str) -> None:

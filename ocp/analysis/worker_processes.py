@@ -2,44 +2,95 @@
 
 Processes are forked where that is safe, which is faster, and spawned elsewhere.  Either way one is
 sent the problem and its guess, and sends back its solution, in the form in which solutions are
-stored (`ocp.solution.storage`).
+stored (`ocp.solution.storage`).  The lines of progress of all come through one queue.
 """
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
-import time as clock
+import os
+import signal
+import threading
 import warnings
-from collections.abc import Generator, Sequence, Set
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Set
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from multiprocessing import connection
+from multiprocessing.process import BaseProcess
+from multiprocessing.queues import SimpleQueue
+from typing import Any, TypeVar
 
-from ocp.errors import OcpError, SolveFailed, StatementError, Unverified
-from ocp.mesh.trajectory import Trajectory
+from ocp.analysis.rescue import Guess, StartAnswer, answered
+from ocp.errors import OcpError, SolveFailed, StatementError
 from ocp.problem.problem import Problem
 from ocp.process_pool import ProcessPool
+from ocp.progress import Progress
 from ocp.settings import Settings
-from ocp.solution.solution import Solution
 from ocp.solution.storage import packed, unpacked
-from ocp.solve import solve
 
-Guess = Solution | Trajectory | None
-Answer = tuple[Solution | None, Exception | None, float]  # with the seconds it took
+Ready = TypeVar("Ready")
 
 # Exit code of a process that met the audit again while it imported the user's script; any number
 # that Python itself does not use
 _UNGUARDED = 76
+_PAUSE = 0.05  # [s] between two looks at what the processes have sent
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StartJob:
+    """A start for a process.
+
+    Attributes
+    ----------
+    name : str
+    problem, guess, settings
+        As of `ocp.solve`.
+    seconds : float
+        That are left for it, infinite for no budget but that of the settings [s].
+    prefix : str
+        Of its lines of progress.
+    """
+
+    name: str
+    problem: Problem
+    guess: Guess
+    settings: Settings
+    seconds: float
+    prefix: str
 
 
 def solved_in_processes(
-    jobs: Sequence[tuple[Problem, Guess]], settings: Settings, bound: float | None, workers: int
-) -> Generator[Answer]:
+    jobs: Iterator[StartJob | Ready],
+    bound: float | None,
+    workers: int,
+    say: Progress | None,
+    asked: Callable[[], bool],
+) -> Generator[tuple[StartJob, StartAnswer] | Ready]:
     """Solve problems from their guesses in up to `workers` processes.
+
+    A job is taken when a process is free for it.  When the user asks to stop, none is taken any
+    more: those at work are stopped, and what they had reached still comes.  When he asks again, the
+    processes are ended, and only what they had sent still comes.
+
+    Parameters
+    ----------
+    jobs : iterator
+        What it gives besides jobs comes back as it is, in its turn.
+    bound : float, optional
+        As of `ocp.solve`.
+    say : function of a line of text, optional
+        Called here with the lines of progress of all processes.
+    asked : function
+        Whether the user asks to stop.
 
     Yields
     ------
-    tuple
-        Solution, error (either may be None) and seconds of each job, in the order of the jobs.
+    tuple of StartJob and StartAnswer
+        In the order of the jobs.
 
     Raises
     ------
@@ -47,21 +98,38 @@ def solved_in_processes(
         When the script that started the processes cannot be imported by them.
     SolveFailed
         When a process ended without an answer.
+    KeyboardInterrupt
+        When the user has asked to stop again, after all that the processes had sent.
     """
-    pool = ProcessPool(workers, multiprocessing.get_context(_start_method()))
-    calls = [(_solved_here, (*_sent(problem, guess), settings, bound)) for problem, guess in jobs]
+    context = multiprocessing.get_context(_start_method())
+    lines: SimpleQueue[str] = context.SimpleQueue()
+    stop = context.RawValue(ctypes.c_bool, False)
+    pool = ProcessPool(workers, context, _begin, (lines, stop))
+    waiting: deque[tuple[StartJob | None, Future[Any]]] = deque()
     try:
         with pool:
-            with warnings.catch_warnings():
-                # Python 3.12 and later warn of threads around a fork; those of linear algebra idle
-                warnings.simplefilter("ignore", DeprecationWarning)
-                futures = pool.submit(calls)
-            for (problem, _), future in zip(jobs, futures, strict=True):
-                data, error, seconds = future.result()
-                solution = None if data is None else unpacked(data, known=problem)
-                yield solution, error, seconds
+            while True:
+                while (
+                    not asked() and len(_at_work(waiting)) < workers and (job := next(jobs, None))
+                ):
+                    waiting.append(_begun(pool, job, bound, tells=say is not None))
+                if not waiting:
+                    break
+                if not waiting[0][1].done():
+                    wait(_at_work(waiting), timeout=_PAUSE, return_when=FIRST_COMPLETED)
+                    stop.value = asked()
+                _tell(lines, say)
+                while waiting and waiting[0][1].done():
+                    yield _received_answer(*waiting.popleft())
     except BrokenProcessPool as broken:
         raise _ended_early(pool.exit_codes()) from broken
+    except KeyboardInterrupt:
+        for job, answer in waiting:
+            if answer.done() and answer.exception() is None:
+                yield _received_answer(job, answer)
+        raise
+    finally:
+        lines.close()
 
 
 def leave_if_imported_again() -> None:
@@ -72,11 +140,6 @@ def leave_if_imported_again() -> None:
     """
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise SystemExit(_UNGUARDED)
-
-
-def unverified_answer(error: Unverified) -> tuple[Solution | None, Exception]:
-    """The answer that did not pass, and the error."""
-    return (error.iterate if isinstance(error.iterate, Solution) else None), error
 
 
 def _start_method() -> str:
@@ -107,9 +170,77 @@ def _ended_early(exit_codes: Set[int]) -> OcpError:
     )
 
 
-def _sent(problem: Problem, guess: Guess) -> tuple[bytes, bytes]:
-    """A problem and a guess on the way to another process."""
-    return packed(problem), packed(guess, known=problem)
+@dataclass(frozen=True, eq=False)
+class _Ties:
+    """What ties a process to the one that waits for its answers.
+
+    Attributes
+    ----------
+    lines : of progress.
+    stop : a number in memory of both, other than zero when the user asks to stop.
+    """
+
+    lines: SimpleQueue[str]
+    stop: Any
+
+
+_ties: _Ties | None = None  # of this process
+
+
+def _begin(lines: SimpleQueue[str], stop: Any) -> None:
+    """Begin a process of the pool; run there."""
+    global _ties
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where a pool cannot have it wait (Windows)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
+    _ties = _Ties(lines, stop)
+
+
+def _end_after(parent: BaseProcess) -> None:
+    """End this process as soon as its parent has ended: nobody waits for it any more."""
+    connection.wait([parent.sentinel])
+    os._exit(1)
+
+
+def _begun(
+    pool: ProcessPool, job: Any, bound: float | None, *, tells: bool
+) -> tuple[StartJob | None, Future[Any]]:
+    """A job that was handed to the processes, or what is none and has come already."""
+    if not isinstance(job, StartJob):
+        ready: Future[Any] = Future()
+        ready.set_result(job)
+        return None, ready
+    sent = packed(job.problem), packed(job.guess, known=job.problem)
+    prefix = job.prefix if tells else None
+    call = _solved_here, (*sent, job.settings, bound, job.seconds, prefix)
+    with warnings.catch_warnings():
+        # Python 3.12 and later warn of threads around a fork; those of linear algebra idle
+        warnings.simplefilter("ignore", DeprecationWarning)
+        (future,) = pool.submit([call])
+    return job, future
+
+
+def _at_work(waiting: deque[tuple[StartJob | None, Future[Any]]]) -> list[Future[Any]]:
+    """Those that are not done."""
+    return [future for _, future in waiting if not future.done()]
+
+
+def _tell(lines: SimpleQueue[str], say: Progress | None) -> None:
+    """Hand on the lines of progress that have come."""
+    while not lines.empty():
+        line = lines.get()
+        if say:
+            say(line)
+
+
+def _received_answer(job: StartJob | None, future: Future[Any]) -> Any:
+    """A job with its answer, or what was none."""
+    if job is None:
+        return future.result()
+    data, error, seconds, stopped = future.result()
+    solution = None if data is None else unpacked(data, known=job.problem)
+    return job, StartAnswer(solution, error, seconds, stopped)
 
 
 @lru_cache(maxsize=8)
@@ -121,21 +252,35 @@ def _received(problem: bytes) -> Problem:
 
 
 def _solved_here(
-    statement: bytes, guess: bytes, settings: Settings, bound: float | None
-) -> tuple[bytes | None, Exception | None, float]:
+    statement: bytes,
+    guess: bytes,
+    settings: Settings,
+    bound: float | None,
+    seconds: float,
+    prefix: str | None,
+) -> tuple[bytes | None, Exception | None, float, bool]:
     """Run in the other process: a solution for the way back, or the error without its iterate."""
-    begin = clock.perf_counter()
-    problem = _received(statement)
-    solution: Solution | None = None
-    error: Exception | None = None
-    try:
-        start = unpacked(guess, known=problem)
-        solution = solve(problem, settings=settings, guess=start, bound=bound)
-    except Unverified as unverified:
-        solution, error = unverified_answer(unverified)
-    except OcpError as failure:
-        error = failure
-    if error is not None:
-        error = type(error)(str(error))
-    data = None if solution is None else packed(solution, known=problem)
-    return data, error, clock.perf_counter() - begin
+    ties = _ties
+    assert ties is not None
+
+    def start() -> tuple[Problem, Guess]:
+        problem = _received(statement)
+        return problem, unpacked(guess, known=problem)
+
+    answer = answered(
+        start,
+        settings,
+        bound,
+        seconds,
+        progress=None if prefix is None else partial(_send, ties.lines, prefix),
+        asked=lambda: bool(ties.stop.value),
+    )
+    error = answer.error and type(answer.error)(str(answer.error))
+    data = None
+    if answer.solution is not None:
+        data = packed(answer.solution, known=_received(statement))
+    return data, error, answer.seconds, answer.stopped
+
+
+def _send(lines: SimpleQueue[str], prefix: str, line: str) -> None:
+    lines.put(prefix + line)

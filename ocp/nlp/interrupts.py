@@ -23,17 +23,25 @@ class Interrupts:
     ----------
     before : object
         The handler of the signal that was there before.
-    asked : bool
-        Whether the signal has come.
     """
 
     before: Any = None
-    asked: bool = False
+    _asked: bool = False
+
+    @property
+    def asked(self) -> bool:
+        """Whether the signal has come, here or in a block around this one."""
+        around = getattr(self.before, "__self__", None)
+        return self._asked or (isinstance(around, Interrupts) and around.asked)
+
+    def ask(self) -> None:
+        """Ask to stop without a signal, as for another process that the user has interrupted."""
+        self._asked = True
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if self.asked:
             raise KeyboardInterrupt
-        self.asked = True
+        self.ask()
         if callable(self.before) and self.before is not signal.default_int_handler:
             self.before(number, frame)
 
@@ -51,11 +59,6 @@ def noted_interrupts() -> Iterator[Interrupts]:
         return
 
     interrupts.before = signal.getsignal(signal.SIGINT)
-    around = getattr(interrupts.before, "__self__", None)
-    if isinstance(around, Interrupts):
-        # noted in a block around this one
-        interrupts.asked = around.asked
-
     signal.signal(signal.SIGINT, interrupts._note)
     try:
         yield interrupts

@@ -279,3 +279,18 @@ def test_one_line_a_mesh_round_elsewhere(capsys) -> None:
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == len(found.mesh_iterations)
     assert lines[0] == "sway: mesh iteration 1 (5 intervals)"
+
+
+def test_solves_side_by_side_have_one_line_a_mesh_round_each() -> None:
+    line = LiveLine(io.StringIO())
+    for iteration in range(3):
+        for start in ("start 1: sway", "start 2: sway"):
+            line(f"{start}: mesh iteration 1 (5 intervals), iteration {iteration}")
+    line("start 2 done")
+    line("start 3: sway: mesh iteration 1 (5 intervals), iteration 0")
+    assert line.stream.getvalue().splitlines() == [
+        "start 1: sway: mesh iteration 1 (5 intervals)",
+        "start 2: sway: mesh iteration 1 (5 intervals)",
+        "start 2 done",
+        "start 3: sway: mesh iteration 1 (5 intervals)",
+    ]
