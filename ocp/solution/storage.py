@@ -16,7 +16,7 @@ import json
 import math
 import zipfile
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -112,6 +112,15 @@ def packed(thing: Any, known: Problem | None = None) -> bytes:
             with archive.open(f"{number}.npy", "w") as member:
                 np.lib.format.write_array(member, array, allow_pickle=False)
     return stream.getvalue()
+
+
+def tabulated(problem: Problem) -> Problem:
+    """The same problem with tables for guesses that are functions of time, as a file keeps it.
+
+    A solve of it takes the same steps here and in another process, or after the problem was stored.
+    """
+    phases = [replace(phase, guess=_tabulated(phase, problem)) for phase in problem.phases]
+    return replace(problem, phases=phases, raise_kinks=False)  # those that can be raised are
 
 
 def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") -> Any:

@@ -29,10 +29,12 @@ from ocp import (
     Unknown,
     audit,
 )
+from ocp.solution.storage import tabulated
 from studies.codesign.config import UNITS, CodesignStudy
 from studies.codesign.requirements import LEAST_RATIO, Requirement
 from studies.common.console import Console, number
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.processes.side_by_side import allowed_processes, script_left_out
 from studies.truss.config import TrussStudy
 from studies.truss.motions.starts import KINDS, starting_motion
 from studies.truss.problem import Statement, state
@@ -85,7 +87,8 @@ def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) 
         truss = with_symbols(study.deployment.truss, **{k: u.symbol for k, u in unknowns.items()})
         statement = _statement(study.deployment, law, truss)
         bounds = [one.bound(truss) for one in held if not one.at_rest]
-        problem = statement.problem(bounds)
+        # as it comes to another process, so that the answer is the same for any number of them
+        problem = tabulated(statement.problem(bounds))
         statements[problem] = statement
         return problem
 
@@ -99,17 +102,18 @@ def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) 
         return solution.value(statements[problem].stages[0], replayed=True)
 
     try:
-        found = audit(
-            starts=starts,
-            settings=dataclasses.replace(settings, accuracy=Accuracy(objective=ROUGH)),
-            value=force,
-            same=SAME,
-            processes=1,  # each start is a problem of its own, and the user sees how it gets on
-            failures=(StudyError,),
-            seconds=study.deployment.solver.seconds,
-            progress=console.live,
-            finished=lambda trial: console.progress(_line(study, trial)),
-        )
+        with script_left_out():
+            found = audit(
+                starts=starts,
+                settings=dataclasses.replace(settings, accuracy=Accuracy(objective=ROUGH)),
+                value=force,
+                same=SAME,
+                processes=allowed_processes(),
+                failures=(StudyError,),
+                seconds=study.deployment.solver.seconds,
+                progress=console.live,
+                finished=lambda trial: console.progress(_line(study, trial)),
+            )
     except Interrupted as stop:
         raise StudyError("interrupted before a design was found", ExitCode.INTERRUPTED) from stop
     except OcpError as error:

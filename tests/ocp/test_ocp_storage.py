@@ -32,7 +32,7 @@ from ocp import (
     solve,
 )
 from ocp.errors import FileError, StatementError
-from ocp.solution.storage import packed, unpacked
+from ocp.solution.storage import packed, tabulated, unpacked
 
 ROOT = Path(__file__).parents[2]
 TIMES = np.linspace(0.0, 1.0, 7)
@@ -300,3 +300,13 @@ def test_python_objects_among_the_arrays_are_not_read(found, tmp_path):
 def test_unknown_names_list_the_known_ones(found):
     with pytest.raises(StatementError, match="'effort'"):
         found.value("efort")
+
+
+def test_a_problem_with_tables_takes_the_same_steps_here_and_where_it_is_read():
+    problem = tabulated(two_phases())
+    here, there = (solve(p, settings=Settings(intervals=5)) for p in (problem, read_again(problem)))
+    assert (here.objective, here.iterations) == (there.objective, there.iterations)
+
+
+def read_again(problem):
+    return unpacked(packed(problem))

@@ -119,7 +119,7 @@ def _one_by_one(parts: Sequence[Part], console: Console, further: Further | None
 
 def _begun(pool: ProcessPool, parts: Sequence[Part]) -> list[futures.Future[Any]]:
     """The parts, handed to the processes."""
-    with _script_left_out():
+    with script_left_out():
         return pool.submit((done_here, (p.function, p.arguments)) for p in parts)
 
 
@@ -154,7 +154,7 @@ def allowed_processes() -> int:
 
 
 @contextlib.contextmanager
-def _script_left_out() -> Iterator[None]:
+def script_left_out() -> Iterator[None]:
     """Let processes that are spawned meanwhile not import the script that runs.
 
     `multiprocessing` has them import what stands as `__main__` if that comes from a file. A script

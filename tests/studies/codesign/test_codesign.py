@@ -15,6 +15,7 @@ from studies.codesign import CodesignStudy, run, search, study_from
 from studies.codesign.config import as_dictionary
 from studies.codesign.prices import Price, stored_prices
 from studies.codesign.requirements import check_some_design, requirements
+from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import plain
 from studies.common.result import Result
@@ -177,6 +178,21 @@ def test_only_the_best_start_is_solved_to_its_last_digits(
     assert result.interrupted == stops
     assert any("solved to its last digits" in remark for remark in result.remarks) == stops
     assert result.value("peak-force") == pytest.approx(38.379, rel=2e-4)
+
+
+@pytest.mark.slow
+def test_the_design_is_the_same_for_any_number_of_processes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("studies.common.console.QUIET", 0.0)  # all lines are shown
+    found = []
+    for processes in (1, 2):
+        monkeypatch.setattr("studies.codesign.search.allowed_processes", lambda n=processes: n)
+        found.append(run(slow(starts=2), Console()))
+        told = capsys.readouterr().err
+        assert all(f"start {k} of 2 ({name}" in told for k, name in ((1, "stated"), (2, "design")))
+    one, two = ({k: a.values.tolist() for k, a in result.arrays.items()} for result in found)
+    assert one == two
 
 
 @pytest.mark.slow
