@@ -258,17 +258,17 @@ def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShap
     return "acceleration", "polynomial"
 
 
-def settings_of(study: TrussStudy, with_forces: bool) -> Settings:
+def settings_of(study: TrussStudy, with_forces: bool, accuracy: Accuracy | None = None) -> Settings:
     """How the engine solves: the stated intervals, shared out over the phases.
 
-    A start that wanders leaves time for the others.
+    A start that wanders leaves time for the others. The accuracy is that of a result by default.
     """
     share = study.solver.seconds / len(study.solver.starts)
     phases = 2 if with_forces else 1
     # moved to the switches of the jerk; where forces matter, bisection is more robust
     moving = phases == 1 and control_of(study, with_forces)[1] == "constant"
     # on its switches a motion is exact at once; elsewhere each digit more doubles the mesh
-    accuracy = Accuracy() if moving else Accuracy(objective=OPTIMUM)
+    accuracy = accuracy or (Accuracy() if moving else Accuracy(objective=OPTIMUM))
     return Settings(
         intervals=max(2, -(-study.solver.intervals // phases)),
         refinement=AdaptiveMesh(move_breakpoints=moving),

@@ -24,6 +24,7 @@ from studies.pareto.surface.walk import Stack
 from studies.pareto.surface.words import (
     SurfaceAxes,
     dominated_in_words,
+    sketch_in_words,
     surface_in_words,
     surface_verdict,
 )
@@ -39,7 +40,7 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
     bounds = surface_bounds(stack)
     chosen = middle_of(surface)
     laws = laws_in(sliced.alone.truss, chosen.point.motion.deployment.law.duration)
-    motion, *ends = _shown(surface, chosen, axes)
+    motion, *ends = _shown(surface, chosen, axes, drawn=pareto.coarse)
     table, proven = compared(study.truss, pareto.in_order, [motion, *ends, *laws])
     also_found = tuple(end.name for end in ends)
 
@@ -62,6 +63,7 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
         ),
         remarks=(
             *surface_in_words(stack, axes),
+            *((sketch_in_words(axes),) if pareto.coarse else ()),
             *(
                 dominated_in_words(
                     surface,
@@ -100,10 +102,15 @@ def _places(
     return {laws[0].name: [_place(law, axes) for law in laws] for laws in zip(*pairs, strict=True)}
 
 
-def _shown(surface: Surface, chosen: SurfacePoint, axes: SurfaceAxes) -> list[Deployment]:
-    """The motions of the table: the knee, and the least of each objective."""
+def _shown(
+    surface: Surface, chosen: SurfacePoint, axes: SurfaceAxes, *, drawn: bool
+) -> list[Deployment]:
+    """The motions of the table: the knee, and the least of each objective; of a sketch as drawn."""
     named = named_points(surface, chosen, [axis.key for axis in (axes.z, axes.x, axes.y)])
     return [
-        dataclasses.replace(point.point.motion.deployment, name=name)
+        dataclasses.replace(
+            point.point.motion.deployment,
+            name=f"{name} drawn" if drawn and name.startswith("least") else name,
+        )
         for name, point in named.items()
     ]

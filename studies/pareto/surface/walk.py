@@ -214,7 +214,8 @@ class SurfaceWalk:
         share = max(asked.count, fewest) / max(asked.usual, fewest)
         self.console.progress(
             f"{asked.wanted} slices of the {asked.axis.title}, which takes about "
-            f"{in_words(asked.wanted * asked.each * share)} where a core is free"
+            f"{in_words(asked.wanted * asked.each * share)} where a core is free, at times twice "
+            "that; each slice tells what is left"
         )
 
     def _limits(self) -> Iterator[float]:

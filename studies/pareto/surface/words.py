@@ -59,6 +59,14 @@ def surface_in_words(stack: Stack, axes: SurfaceAxes) -> tuple[str, ...]:
     return tuple(sentences)
 
 
+def sketch_in_words(axes: SurfaceAxes) -> str:
+    """How far the points of a sketch are from the least."""
+    return (
+        f"This is a sketch: the slices begin 2 % above the least {axes.x.title} on them, so that "
+        "'drawn' is not the least that there is, and points may be some 0.2 % above the surface."
+    )
+
+
 def _slice_in_words(points: Sequence[SurfacePoint], axes: SurfaceAxes) -> str:
     """Both ends of a slice."""
     first, last = points[0].point, points[-1].point

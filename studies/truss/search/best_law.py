@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from models.laws import Law
+from ocp import Accuracy
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.config import TrussStudy
 from studies.truss.search.motion_search import Search
 
+# The last digits of a flat optimum take ten times the seconds of all before, and further work is
+# solved to its own accuracy.
+ROUGH = Accuracy(objective=1e-4, path=1e-5)
+
 
 def best_law(study: TrussStudy, console: Console, neighbour: Law | None = None) -> Law:
-    """The best motion of a study of the truss.
+    """The best motion of a study of the truss, to 1e-4 of its objective.
 
     Parameters
     ----------
@@ -25,7 +30,7 @@ def best_law(study: TrussStudy, console: Console, neighbour: Law | None = None) 
         If no motion was found.
     """
     try:
-        best = Search(study, console, neighbour=neighbour).run()
+        best = Search(study, console, neighbour=neighbour, accuracy=ROUGH).run()
     except StudyError as error:
         if error.exit_code is ExitCode.INTERRUPTED:
             raise KeyboardInterrupt from error

@@ -9,16 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from models.laws import Law
-from ocp import (
-    Audit,
-    Interrupted,
-    OcpError,
-    Optimum,
-    Problem,
-    Solution,
-    Trial,
-    audit,
-)
+from ocp import Accuracy, Audit, Interrupted, OcpError, Optimum, Problem, Solution, Trial, audit
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
@@ -80,6 +71,8 @@ class Search:
     enough : float, optional
         A value of the first objective that ends the search. Then about the least value is all that
         is asked: without bounds, and at the first price of the roughness.
+    accuracy : Accuracy, optional
+        Of the motions; that of a result by default.
     """
 
     def __init__(
@@ -88,9 +81,11 @@ class Search:
         console: Console,
         neighbour: Law | None = None,
         enough: float | None = None,
+        accuracy: Accuracy | None = None,
     ) -> None:
         self.study = study
         self.enough = enough
+        self.accuracy = accuracy
         self.neighbour = neighbour  # motion of a like study, from which the first start begins
         self.console = console
         self.remarks: list[str] = []
@@ -222,7 +217,7 @@ class Search:
             name,
             start,
             count,
-            settings=settings_of(self.study, self._with_forces),
+            settings=settings_of(self.study, self._with_forces, self.accuracy),
             value=self._value,
             seconds=self._some_left(),
             console=self.console,
@@ -253,7 +248,7 @@ class Search:
         at_once = {} if soon is None else {soon.name: soon}
         found = audit(
             starts=starts,
-            settings=settings_of(self.study, self._with_forces),
+            settings=settings_of(self.study, self._with_forces, self.accuracy),
             bound=self._bound_now,
             bound_gap=BOUND_MET,
             value=self._value,
@@ -383,7 +378,7 @@ class Search:
         found, interrupted = lightened(
             optima,
             self._statements,
-            settings=settings_of(self.study, self._with_forces),
+            settings=settings_of(self.study, self._with_forces, self.accuracy),
             left=self._some_left,
             value=self._value,
             console=self.console,
@@ -409,7 +404,7 @@ class Search:
 
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
         """Later objectives, each with the earlier ones held; never a loss."""
-        settings = settings_of(self.study, self._with_forces)
+        settings = settings_of(self.study, self._with_forces, self.accuracy)
         found, remarks = later_stages(
             self.study,
             statement,

@@ -2,10 +2,14 @@
 
 import pytest
 
+from ocp import Interrupted
 from studies.cli import main
+from studies.common.console import silent
 from studies.common.exit_codes import StudyError
 from studies.pareto import pareto_from
 from studies.pareto.config import as_toml, configuration_of
+from studies.pareto.truss import TrussFront
+from studies.truss.search.best_law import best_law
 
 TWO = ["peak-acceleration", "peak-force"]
 
@@ -108,3 +112,17 @@ def test_the_command_refuses_what_has_no_front(words, code, sentence, capsys, tm
     assert main(["pareto", "truss", *words, "--results", str(folder)]) == code
     assert sentence in capsys.readouterr().err
     assert not folder.exists()
+
+
+def test_ends_are_not_solved_to_their_last_digits(monkeypatch):
+    """They only begin a front; where the optimum is flat its last digits take most of the time."""
+    asked = []
+
+    def noted(*, settings, **_):
+        asked.append(settings.accuracy.objective)
+        raise Interrupted("enough", None, None, None)
+
+    monkeypatch.setattr("studies.truss.search.motion_search.audit", noted)
+    with pytest.raises(KeyboardInterrupt):
+        best_law(TrussFront(pareto_from(stated()), silent()).minimising("peak-force"), silent())
+    assert asked == [1e-4]

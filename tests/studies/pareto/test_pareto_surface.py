@@ -332,6 +332,9 @@ def test_a_coarse_surface_of_the_truss(tmp_path):
     places = np.column_stack([values[name] for name in THREE])
     assert not dominated(places).any()
     assert set(values["slice"]) == {6.0, 8.0}
+    # what is the least of a sketch is not the least that there is
+    assert any("begin 2 % above the least peak angular acc" in line for line in found.remarks)
+    assert "least force drawn" in (folder / "table.txt").read_text()
     assert (values["peak-force"] >= values["bound"] * (1 - 1e-6)).all()
 
     study = pareto_from(found.configuration)
