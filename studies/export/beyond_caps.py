@@ -1,7 +1,7 @@
 """By how much a played table exceeds the caps of its study.
 
-The motion keeps them, and a table between its points need not. Only what the drive states as a
-limit is refused.
+The motion keeps them, and a table between its points need not. What the drive states as a limit is
+refused. A table beyond a cap is written, with a message and a first line that say so.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -27,6 +28,7 @@ from studies.truss.checks import ROWS, broken_caps, cap_of
 from studies.truss.config import TrussStudy
 from studies.truss.quantities import QUANTITIES
 
+BEYOND = " beyond the cap of the study [1]"  # of a line of a record, behind the quantity
 AT_ONCE = 100_000  # samples of a kernel's call: a playback has up to millions
 
 
@@ -52,10 +54,18 @@ def beyond_caps(
         for key in capped
         if key in broken or math.isnan(values.get(key, math.nan))
     }
-    return {
-        f"{QUANTITIES[key].title} beyond the cap of the study [1]": value
-        for key, value in excess.items()
+    return {f"{QUANTITIES[key].title}{BEYOND}": value for key, value in excess.items()}
+
+
+def beyond_in_words(record: Mapping[str, Any]) -> dict[str, str]:
+    """The caps that a record says to be broken, as the first line of a table; empty without any."""
+    excess = {
+        name.removesuffix(BEYOND): value
+        for name, value in record.items()
+        if name.endswith(BEYOND) and value > 0.0  # nan is no value, and no excess
     }
+    words = ", ".join(f"{title} by {100 * value:.2g} %" for title, value in excess.items())
+    return {"BEYOND CAPS OF THE STUDY": words} if words else {}
 
 
 def _values(

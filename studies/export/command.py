@@ -263,6 +263,7 @@ def _planned_again(
 def _written(
     source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
 ) -> tuple[str, RoundTrip]:
+    from studies.export.beyond_caps import beyond_in_words
     from studies.export.formats import TABLES, tabulated
     from studies.export.round_trip import round_trip
 
@@ -279,6 +280,9 @@ def _written(
     record = round_trip(
         course, again, drive, form.interpolation, source.truss, source.result, _partial(options)
     )
+    beyond = {} if _partial(options) else beyond_in_words(record.values)
+    if beyond:
+        content = form.write(points, beyond | _about(source, course, options), drive.ropes)
     return content, record
 
 
@@ -451,7 +455,16 @@ def _positive(name: str, text: str | None) -> float | None:
 def _hand_over(
     content: str | bytes, record: RoundTrip | None, options: argparse.Namespace, console: Console
 ) -> ExitCode:
-    """Print the text, or write it with its record beside it."""
+    """Print the text, or write it with its record beside it; caps that it exceeds come first."""
+    from studies.export.beyond_caps import beyond_in_words
+
+    # a stop is planned inside limits of its own
+    values = {} if record is None or _partial(options) else record.values
+    for what, words in beyond_in_words(values).items():
+        console.complain(
+            f"{what}: {words}, between the points of the table; it is written all the same: take a "
+            "smaller --step or more counts, or study the motion with caps that are lower by that"
+        )
     if options.output is None:
         if isinstance(content, bytes):
             raise StudyError(f"--to {options.to} is no text; name a file with --output")

@@ -336,19 +336,24 @@ def test_a_rope_that_would_push_is_refused_behind_a_loop(
     assert "state drive.bandwidth" in record["warning"]
 
 
-def test_caps_of_the_study_that_a_table_exceeds_are_in_the_record(
-    short: Result, tmp_path: Path, drive_file: Write
+def test_caps_of_the_study_that_a_table_exceeds_are_said_first(
+    short: Result, tmp_path: Path, drive_file: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:
     peak = float(np.abs(short.arrays["rope_speed"].values).max())
     path, line = tmp_path / "capped", "peak rope speed beyond the cap of the study [1]"
     path.mkdir()
     records = []
-    for cap in (0.9 * peak, 1.1 * peak):
+    for cap, beyond in ((0.9 * peak, True), (1.1 * peak, False)):
         capped = {**short.configuration, "caps": {"rope_speed": cap}}
         dataclasses.replace(short, configuration=capped).save(path)
         file = tmp_path / f"table {cap}"
         assert export(path, "--to", "pvt", "--drive", drive_file(), "--output", file) == 0
         records.append(json.loads(Path(f"{file}.record.json").read_text("utf-8")))
+        # in the first line of the table as well, and with the remedy on the terminal
+        words = "BEYOND CAPS OF THE STUDY = peak rope speed by 11 %"
+        assert file.read_text("utf-8").startswith(f"# {words}") == beyond
+        said = capsys.readouterr().err
+        assert ("peak rope speed by 11 %" in said and "smaller --step" in said) == beyond
     assert records[0][line] == pytest.approx(1 / 0.9 - 1, rel=1e-2)
     assert line not in records[1]
 
