@@ -68,7 +68,7 @@ def deployments_of(
 def rows_figure(result: Result, profile: Deployment, columns: Mapping[str, Array]) -> Figure:
     """The rows of the file with the curve through them, and their distances from it."""
     time, rows = columns["rows/time"], columns["rows/angle"]
-    figure = Figure(figsize=(8.6, 3.6), dpi=150, layout="constrained")
+    figure = Figure(figsize=(8.6, 3.9), dpi=150, layout="constrained")
     noise = result.details["noise"]
     smoothed = "smoothed" if noise["matters"] else "taken as exact"
     figure.suptitle(f"{profile.name}: rows of the file, {smoothed}", fontsize=12)
@@ -80,11 +80,11 @@ def rows_figure(result: Result, profile: Deployment, columns: Mapping[str, Array
     angles.plot(grid, curve, color="#0b5fa5", lw=1.2, label="recovered motion")
 
     distance = rows - profile.law.motion(np.minimum(time, profile.law.duration)).angle
-    left.plot(time, 1e3 * distance, ".", color="0.6", ms=3, label="row less recovered motion")
+    left.plot(time, 1e3 * distance, ".", color="0.4", ms=3, label="row less recovered motion")
     if "band/time" in columns:
         width = 1e3 * columns["band/angle"]
         name = "where the true motion may lie, 95 %"
-        blue = {"color": "#0b5fa5", "alpha": 0.5, "lw": 0}
+        blue = {"color": "#0b5fa5", "alpha": 0.3, "lw": 0, "zorder": 1}  # behind the rows
         left.fill_between(columns["band/time"], -width, width, label=name, **blue)
     label_axes(angles, "time [s]", "angle [deg]")
     label_axes(left, "time [s]", "distance [mrad]")
@@ -92,7 +92,9 @@ def rows_figure(result: Result, profile: Deployment, columns: Mapping[str, Array
     if max(-low, high) < ROUNDING:  # nothing to see but the last bit
         left.set_ylim(-ROUNDING, ROUNDING)
     for panel in (angles, left):
-        panel.legend(loc="upper left", framealpha=0.9, edgecolor="none", fontsize=8)
+        # below: rows are everywhere, and a legend among them hides some
+        below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16)}
+        panel.legend(**below, frameon=False, fontsize=8)
     return figure
 
 

@@ -16,6 +16,8 @@ from studies.common.result import Result
 from studies.flex.config import SWEEPS
 
 SHOWN = 11  # poses in the picture of the motion
+# [in]: of a panel to scale its longer side, the least of the other; what stands beside and above it
+PANEL, NARROW, ASIDE, ABOVE = 4.6, 1.6, 1.8, 1.1
 QUIET = 1e-12  # below this share of what moves, a curve is rounding
 
 
@@ -60,13 +62,13 @@ def _curve(result: Result, name: str) -> tuple[Array, Array]:
 def motion_figure(result: Result) -> Figure:
     """The chain at even times, light to dark, with the path of its tip."""
     times, x, y = poses_of(result)
-    figure = Figure(figsize=(6.4, 5.6), dpi=150, layout="constrained")
+    tip = links_of(result) - 1
+    path = result.arrays[f"x_{tip}"].values, result.arrays[f"y_{tip}"].values
+    figure = Figure(figsize=_page((x, path[0]), (y, path[1])), dpi=150, layout="constrained")
     panel = figure.subplots()
     shades = LinearSegmentedColormap.from_list("poses", SHADES)
     scale = Normalize(float(times[0]), float(times[-1]))
 
-    tip = links_of(result) - 1
-    path = result.arrays[f"x_{tip}"].values, result.arrays[f"y_{tip}"].values
     panel.plot(*path, color="0.6", lw=0.8, ls="--", label="path of the tip")
     nodes = x.shape[1] // links_of(result)
     for place in np.linspace(0, len(times) - 1, SHOWN).round().astype(int):
@@ -82,6 +84,13 @@ def motion_figure(result: Result) -> Figure:
     figure.colorbar(ScalarMappable(scale, shades), ax=panel, label="time [s]", shrink=0.8)
     figure.suptitle(f"The chain at {SHOWN} times, to scale", fontsize=11)
     return figure
+
+
+def _page(x: Sequence[Array], y: Sequence[Array]) -> tuple[float, float]:
+    """Size of a page [in] that a picture to scale fills, whose panel shows all x and y."""
+    width, height = (max(v.max() for v in some) - min(v.min() for v in some) for some in (x, y))
+    scale = PANEL / max(width, height, 1e-12)
+    return max(scale * width, NARROW) + ASIDE, max(scale * height, NARROW) + ABOVE
 
 
 def _events(result: Result, panels: Sequence[Axes]) -> None:
