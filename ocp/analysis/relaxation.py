@@ -10,6 +10,7 @@ Dynamics, links, times and equations along a phase stay as they are.  The names 
 from __future__ import annotations
 
 import math
+import time as clock
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -177,7 +178,8 @@ def relaxed(
         Of a limit's relaxation; 1 where nothing is said.
     settings : Settings, optional
         By default 40 intervals that stay, which is good to about a thousandth of what is needed.
-        Where the motion does not hold between their points, an adaptive mesh follows.
+        Where the motion does not hold between their points, an adaptive mesh follows, within what
+        is left of the seconds.
     guess, progress : optional
         As of `ocp.solve`.
 
@@ -206,10 +208,14 @@ def relaxed(
     slacks = list(loosening.slacks.values())
 
     trajectory = guess.trajectory if isinstance(guess, Solution) else guess
+    begin = clock.monotonic()
     solution = solve(statement, settings=settings, guess=trajectory, progress=progress)
-    if not _holds(solution) and not settings.refinement.adapts:
+    left = math.inf if settings.seconds is None else settings.seconds - (clock.monotonic() - begin)
+    if not _holds(solution) and not settings.refinement.adapts and left > 0.0:
         # what lies between the points of a mesh that stays would ask for nothing
         finer = replace(settings, refinement=AdaptiveMesh())
+        if math.isfinite(left):
+            finer = replace(finer, seconds=left)
         with suppress(SolveFailed):
             solution = solve(
                 statement, settings=finer, guess=solution.trajectory, progress=progress

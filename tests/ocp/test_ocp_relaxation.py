@@ -1,6 +1,7 @@
 """The smallest relaxation of infeasible problems, against closed forms."""
 
 import re
+from dataclasses import replace
 
 import casadi as ca
 import pytest
@@ -11,6 +12,7 @@ from ocp import (
     Bound,
     Constant,
     Control,
+    FixedMesh,
     Infeasible,
     Phase,
     Problem,
@@ -188,15 +190,33 @@ def test_without_steps_nothing_is_said_of_them():
     assert relaxed(too_far()).steps == ""
 
 
-def test_a_gate_between_the_points_has_to_give_way():
+def gate():
     """The speed may not be negative, and has to be less than -0.3 m/s for a few milliseconds."""
     x, v, u = State("x", "m"), State("v", "m/s", lower=0), Control("u", lower=-9, upper=9)
     limit = 1.2 - 1.5 * ca.exp(-(((TIME - 0.4321) / 1e-3) ** 2))
     gate = Bound("gate", v - limit, "m/s", upper=0)
     ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
     move = Phase("move", {x: v, v: u}, **ends, end=1.0, bounds=[gate])
-    needed = relaxed(Problem("gate", move, minimise=move.integral(u**2)))
+    return Problem("gate", move, minimise=move.integral(u**2))
+
+
+def test_a_gate_between_the_points_has_to_give_way():
+    needed = relaxed(gate())
     (item,) = needed.items
     assert item.amount == pytest.approx(0.3, rel=1e-3)
     # the motion found goes up to the limit that has moved elsewhere, too
     assert item.time == pytest.approx(0.4321, abs=1e-3)
+
+
+def test_a_finer_mesh_has_what_is_left_of_the_seconds(monkeypatch):
+    given = []
+
+    def solved(problem, *, settings, **others):
+        given.append(settings.seconds)
+        return solve(problem, settings=replace(settings, refinement=FixedMesh()), **others)
+
+    monkeypatch.setattr("ocp.analysis.relaxation.solve", solved)
+    relaxed(gate(), settings=Settings(intervals=40, refinement=FixedMesh(), seconds=60.0))
+    first, second = given
+    assert first == 60.0
+    assert 0.0 < second < 60.0
