@@ -345,3 +345,10 @@ def test_no_motion_begins_from_one_of_another_duration() -> None:
     assert found._part("big arm", 9.4).function is move_from
     assert found._part("big arm", 9.6).function is move
     assert found._part("small arm", 9.0).function is move
+
+
+def test_more_time_that_saves_nothing_is_said_in_words() -> None:
+    assert (
+        work._of_more_time("ring", -0.0) == "1 % more time for the ring hardly lowers what it uses."
+    )
+    assert work._of_more_time("ring", -2.0).endswith("lowers what it uses by 2 %.")
