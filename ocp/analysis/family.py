@@ -29,6 +29,7 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
+from ocp.refinement.better_motions.across_known_times import ends_at_known_times
 from ocp.refinement.better_motions.saddles import lower_motion, stationary_point
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
@@ -351,6 +352,9 @@ class _Walk:
             raise self.interrupted(meshes.parameters.values[self.constant.name], motion)
         if result.outcome != "solved":
             return None
+        motion = trajectory_of(program, result.x, meshes.parameters)
+        if ends_at_known_times(program, motion):
+            return None  # it may go on behind them, on another mesh
 
         iterations = result.iterations
         point = StartingPoint.at(result)
@@ -358,7 +362,6 @@ class _Walk:
         if not stationary.is_minimum:
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
             rounds = [record_of(program.mesh, result, None)]
-            motion = trajectory_of(program, result.x, meshes.parameters)
             iterate = iterate_of(program, result, motion)
             below = lower_motion(meshes, iterate, stationary, rounds)
             if below is not None:
@@ -459,7 +462,8 @@ class _Walk:
     def _held_back(self, member: Member) -> bool:
         """Whether breakpoints that all move would move further than their mesh lets them."""
         phases = member.program.mesh.phases
-        free = all(len(phase.movable) == phase.intervals - 1 for phase in phases)
+        inner = (len(phase.movable) + len(phase.known) for phase in phases)
+        free = all(n == phase.intervals - 1 for n, phase in zip(inner, phases, strict=True))
         settings, iterate = self.base.settings, member.answer
         if not (settings.refinement.adapts and free):
             return False

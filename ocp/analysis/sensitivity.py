@@ -213,7 +213,10 @@ def _moved_by_steps(solution: Solution, named: Iterable[str]) -> set[str]:
     for step in steps_along(problem, solution.trajectory, solution.evaluator):
         if step.unseen:
             return set(named)
-        names |= {*step.constants, f"{step.phase}: start", f"{step.phase}: end"}
+        names |= step.constants
+        # in a phase with a free time the program holds the step where it is
+        if problem.phase(step.phase).has_fixed_times:
+            names |= {f"{step.phase}: start", f"{step.phase}: end"}
     return names & set(named)
 
 
@@ -436,14 +439,8 @@ def _boundary_values(
 
 def _times(columns: PhaseColumns, first: int) -> Iterator[_NamedLimits]:
     """Times of a phase of which one is free."""
-    if columns.ends is None:
-        return
-    phase = columns.phase
-    for what, time, column in zip(
-        ("start", "end"), (phase.start, phase.end), first + columns.ends[:, None], strict=True
-    ):
-        lower, upper = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
-        yield _NamedLimits(f"{phase.name}: {what}", lower, upper, column, column)
+    for end, lower, upper, low, high in columns.stated_times():
+        yield _NamedLimits(f"{columns.phase.name}: {end}", lower, upper, first + low, first + high)
 
 
 def _time_slopes(iterate: Iterate) -> Iterator[Slope]:

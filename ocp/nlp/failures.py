@@ -21,8 +21,8 @@ from ocp.errors import (
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import RUNAWAY, collapsed
 from ocp.nlp.flat_rows import flat_rows, remedy_for_flat_rows
+from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.nlp.result import NlpResult
-from ocp.nlp.unplaced_times import remedy_for_unplaced_times
 from ocp.problem.display import with_unit
 from ocp.problem.integrator_chains import in_equation
 from ocp.problem.kinks.surfaces import kinks_of, rate_text
@@ -244,7 +244,7 @@ class _FailedSolve:
 
 def remedy_for_bends(problem: Problem) -> str:
     """What steps or bends where no mesh follows, or else has kinks; ends with "or", or is empty."""
-    return remedy_for_unplaced_times(problem) or _remedy_for_kinks(problem)
+    return remedy_for_known_times(problem) or _remedy_for_kinks(problem)
 
 
 def _remedy_for_kinks(problem: Problem) -> str:

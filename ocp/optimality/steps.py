@@ -61,8 +61,8 @@ class ValueStep:
     size : float
         Relative to the largest value of the expression along the motion.
     unseen : bool
-        Whether its time depends on the motion. A step at a known time of a phase whose times are
-        fixed does not move.
+        Whether its time depends on the motion. A step at a known time does not move, if a
+        breakpoint stands there.
     constants : frozenset of str
         Names of the constants that its place depends on.
     """
@@ -128,6 +128,8 @@ class _PhaseSteps:
         Symbols that change along the phase, and those among them that may jump.
     timed : bool
         Whether a time of the phase is free.
+    known : (k,)
+        Known times of the phase, see `Problem.instants` [s].
     """
 
     owners: tuple[_Owner, ...]
@@ -138,6 +140,7 @@ class _PhaseSteps:
     varying: ca.SX
     jumping: ca.SX
     timed: bool
+    known: Array
 
     @classmethod
     def of(cls, problem: Problem, phase: str) -> _PhaseSteps | None:
@@ -161,6 +164,7 @@ class _PhaseSteps:
             varying=ca.vertcat(TIME.symbol, *[s.symbol for s in signals]),
             jumping=ca.vertcat(*jumping, ca.SX(0, 1)),
             timed=isinstance(stated.start, Between) or isinstance(stated.end, Between),
+            known=np.array(problem.instants[phase]),
         )
 
     def along(
@@ -180,6 +184,7 @@ class _PhaseSteps:
 
         def told(found: FoundStep | SteepChange, cause: ca.SX, condition: str) -> ValueStep:
             depends = resolve(cause, "a comparison")
+            moves = self.timed and not self._is_held(motion, found.place)
             return ValueStep(
                 phase=motion.name,
                 time=found.place,
@@ -187,7 +192,7 @@ class _PhaseSteps:
                 expression=owner_text(self.owners[found.column]),
                 size=found.size,
                 unseen=any(
-                    isinstance(s, (Signal, Unknown)) or (isinstance(s, Time) and self.timed)
+                    isinstance(s, (Signal, Unknown)) or (isinstance(s, Time) and moves)
                     for s in depends
                 ),
                 constants=frozenset(s.name for s in depends if isinstance(s, Constant)),
@@ -211,6 +216,12 @@ class _PhaseSteps:
                 expression = self.expressions[change.column]
                 cause = TIME.symbol if change.by_place else expression
                 yield told(change, cause, f"'{text_of(expression, 60)}' changes in next to no time")
+
+    def _is_held(self, motion: PhaseTrajectory, place: float) -> bool:
+        """Whether a breakpoint stands at a known time at a place of a motion [s]."""
+        near = NO_WAY * (motion.end - motion.start)
+        known = self.known[np.abs(self.known - place) <= near]
+        return bool(np.isin(known, motion.breakpoints[1:-1]).any())
 
 
 def cause_text(found: FoundStep) -> str:

@@ -30,7 +30,7 @@ _MOST = 100
 
 # Of the times' size: within this of a step, a point belongs to the interval that it is in. It is
 # some times what rounding makes of a breakpoint on its way through fractions of the phase.
-_BESIDE = 64 * float(np.finfo(float).eps)
+BESIDE = 64 * float(np.finfo(float).eps)
 
 # operations that change where their operands are equal, and where their operand is zero
 _OF_TWO = {"lt", "le", "eq", "ne", "fmin", "fmax"}
@@ -63,7 +63,7 @@ def stepping_times(expressions: Iterable[ca.SX], start: float, end: float) -> tu
     expressions : iterable of SX
         Scalars of declared symbols.
     start, end : float
-        Of the phase [s].
+        Of the phase [s]. Where one is infinite, only what is linear in time is read.
     """
     timed = [e for e in expressions if ca.depends_on(e, TIME.symbol)]
     if not timed:
@@ -90,7 +90,7 @@ def stepping_times(expressions: Iterable[ca.SX], start: float, end: float) -> tu
         own = instruction.operands[0] == clock if is_symbol else instruction.function is None
         of_time.append(own and all(of_time[i] for i in places))
 
-    if curved:
+    if curved and math.isfinite(start) and math.isfinite(end):
         places = tuple(i for _, sides in curved for i in sides)
         values = iter(ExpressionGraph(graph.instructions, places).rebuilt(symbols))
         vanishing = [_vanishing(name, [next(values) for _ in sides]) for name, sides in curved]
@@ -169,7 +169,7 @@ def _crossings(functions: Sequence[ca.SX], known: Array) -> set[float]:
         found.update(high.tolist())
 
     # of those that differ by rounding one, and those that were known as they are
-    kept, beside = known.tolist(), _BESIDE * max(abs(start), abs(end))
+    kept, beside = known.tolist(), BESIDE * max(abs(start), abs(end))
     for time in sorted(found):
         if start < time < end and np.abs(time - np.array(kept)).min() > beside:
             kept.append(time)
@@ -209,30 +209,27 @@ def within(times: Array, left: Array, right: Array) -> Array:
     An expression that steps at a breakpoint then has, at both ends of an interval, the value that
     it has inside.
     """
-    reach = _BESIDE * np.maximum(np.abs(left), np.abs(right))
+    reach = BESIDE * np.maximum(np.abs(left), np.abs(right))
     return np.asarray(np.clip(times, left + reach, right - reach))
 
 
-def checked_breakpoints(given: Any, phase: str, start: Any, end: Any) -> tuple[float, ...]:
+def checked_breakpoints(given: Any, phase: str, start: float, end: float) -> tuple[float, ...]:
     """The stated breakpoints of a phase in order.
+
+    Parameters
+    ----------
+    start, end : float
+        Between which the phase is at most [s].
 
     Raises
     ------
     StatementError
-        When one is no number or lies outside, or a time of the phase is free.
+        When one is no number or lies outside.
     """
     try:
         times = tuple(given)
     except TypeError:
         times = (given,)
-    if not times:
-        return ()
-
-    if not (is_real(start) and is_real(end)):
-        raise StatementError(
-            f"the breakpoints of phase '{phase}' need fixed times, but it has a free one; split "
-            "the phase there, and link the parts by joined(first, second)"
-        )
     for time in times:
         if not (is_real(time) and math.isfinite(time) and start <= time <= end):
             raise StatementError(

@@ -79,8 +79,8 @@ class Phase:
     breakpoints : sequence of number
         Times at which the mesh has a breakpoint [s], because something steps there. Where an
         expression compares time, or a function of time alone, with a number, as
-        ``if_else(TIME < 3, ...)`` does, such a time is one without being stated. The times of the
-        phase must be fixed.
+        ``if_else(TIME < 3, ...)`` does, such a time is one without being stated. Where a time of
+        the phase is free, it counts if it lies inside.
 
     Attributes
     ----------
@@ -136,7 +136,9 @@ class Phase:
             derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
         object.__setattr__(self, "dynamics", derivatives)
         object.__setattr__(self, "bounds", checked_bounds(self.bounds, f"phase '{self.name}'"))
-        stated = checked_breakpoints(self.breakpoints, self.name, self.start, self.end)
+        first = self.start.lower if isinstance(self.start, Between) else self.start
+        last = self.end.upper if isinstance(self.end, Between) else self.end
+        stated = checked_breakpoints(self.breakpoints, self.name, first, last)
         object.__setattr__(self, "breakpoints", stated)
 
         # what follows from the statement is worked out once

@@ -91,7 +91,8 @@ class Problem:
         All declared symbols in use, and those of two kinds.
     steps, instants : mapping of phase name to tuple of float
         Times at which expressions of a phase step or bend, stated or read off them, and these with
-        the instants that `Phase.at` names, in order [s]. Every mesh has a breakpoint there.
+        the instants that `Phase.at` names, in order [s]. Every mesh has a breakpoint there, unless
+        the phase has free times and does not last until then.
     controls, algebraics, signals : mapping of phase name to tuple of Signal
         Controls and algebraic signals of each phase, those of its functionals included, and all
         its signals: states, controls, algebraic signals.
@@ -293,10 +294,12 @@ def expressions_over(phase: Phase, functionals: Iterable[Functional]) -> list[ca
 
 
 def _steps(phase: Phase, functionals: Iterable[Functional]) -> tuple[float, ...]:
-    """Times inside a phase at which its expressions step or bend; none where its times are free."""
-    start, end = phase.start, phase.end
-    if isinstance(start, Between) or isinstance(end, Between):
-        return ()
+    """Times at which the expressions of a phase step or bend.
+
+    They are inside the phase where its times are fixed, and may be so where one is free.
+    """
+    start = phase.start.lower if isinstance(phase.start, Between) else float(phase.start)
+    end = phase.end.upper if isinstance(phase.end, Between) else float(phase.end)
     times = {*phase.breakpoints, *stepping_times(expressions_over(phase, functionals), start, end)}
     return tuple(sorted(time for time in times if start < time < end))
 

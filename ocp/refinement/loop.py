@@ -19,6 +19,7 @@ from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.better_motions.across_known_times import across_known_times
 from ocp.refinement.endings import Ending, ending_of
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
@@ -142,9 +143,10 @@ def solve_planned(
     result = meshes.solve(
         planned.program, planned.start, this_round.solver, history.rounds, most=most
     )
+    answer = MeshAnswer(planned.program, result)
     if planned.start is None:
-        return first_answer(this_round, planned.program, result)
-    return MeshAnswer(planned.program, result)
+        answer = first_answer(this_round, planned.program, result)
+    return across_known_times(meshes, this_round.solver, history.rounds, answer)
 
 
 def round_of(
@@ -189,7 +191,7 @@ def plan_after(
     leaks_closed = planned.leaks_closed + step.closes_leaks
     over = len(rounds) - history.before >= most + min(leaks_closed, most)
     if is_solved and _once_more(meshes, solved, step.mesh, accuracy, over=over):
-        step = replace(step, mesh=found.program.mesh, rough=False, again=True)
+        step = replace(step, mesh=solved[-1].iterate.mesh, rough=False, again=True)
     if step.mesh is None:
         return "tolerances"
     ending = ending_of(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.known_times import times_of
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
@@ -103,12 +104,43 @@ class MeshSolver:
 
         if not isinstance(start, Iterate):
             scales, settings = self._scales_of(start), self.settings
-            return transcribe(self.problem, mesh, settings.scheme, settings.controls, scales)
+            times = None if start is None else times_of(start)
+            return transcribe(
+                self.problem, mesh, settings.scheme, settings.controls, scales, times=times
+            )
 
         if mesh is start.mesh:
             return start.transcription
         return transcribe(
-            self.problem, mesh, start.scheme, start.controls, start.scales, start.transcription
+            self.problem,
+            mesh,
+            start.scheme,
+            start.controls,
+            start.scales,
+            start.transcription,
+            times_of(start.trajectory),
+        )
+
+    def first_program_like(self, program: Transcription, x: Array, mesh: Mesh) -> Transcription:
+        """The program of another first mesh, on the side of the known times that one is on.
+
+        Parameters
+        ----------
+        program, x
+            The program, and a point of it.
+        """
+        motion = trajectory_of(program, x, self.parameters)
+        timed = any(phase.between is not None for phase in program.mesh.phases)
+        if not timed or any(phase.end <= phase.start for phase in motion.phases):
+            return self.first_program(None, mesh)
+        return transcribe(
+            self.problem,
+            mesh,
+            program.scheme,
+            program.controls,
+            program.scales,
+            program,
+            times_of(motion),
         )
 
     def _scales_of(self, start: Trajectory | None) -> Scales:
@@ -137,7 +169,13 @@ class MeshSolver:
         if mesh is last.mesh and scales is last.scales:
             return last.transcription
         return transcribe(
-            self.problem, mesh, last.scheme, last.controls, scales, last.transcription
+            self.problem,
+            mesh,
+            last.scheme,
+            last.controls,
+            scales,
+            last.transcription,
+            times_of(last.trajectory),
         )
 
     def scales_after(self, last: Iterate) -> Scales:

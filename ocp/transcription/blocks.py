@@ -28,7 +28,8 @@ from ocp.problem.functionals import (
 )
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import resolve
-from ocp.transcription.columns import IntervalGroup, PhaseColumns
+from ocp.transcription.columns import PhaseColumns
+from ocp.transcription.interval_groups import IntervalGroup
 from ocp.transcription.kernel_builder import (
     KernelBuilder,
     KernelContext,
@@ -174,7 +175,7 @@ class PhaseBlocks:
             rows = taken[:, n_x + n]
             self._add(PathRows(self.index, number, rows, intervals, tau, quadrature), own)
 
-        key = (rule.degree, group.moving)
+        key = (rule.degree, group.moving, columns.has_known_times)
         name = f"{phase.name}: collocation"
         return _block(context, builder, name, key, build, np.hstack([taken, totals]))
 
@@ -260,7 +261,7 @@ class PhaseBlocks:
         builder = KernelBuilder(moving.size)
         ids = np.stack([columns.moved[moving], columns.moved[moving + 1]], axis=1)
         sides = builder.variables(ids, [1.0, 1.0])
-        width = builder.data(np.diff(columns.mesh.breakpoints)[moving][:, None])
+        width = builder.data(np.diff(columns.mesh.positions)[moving][:, None])
 
         rows = self.rows.limits.take(moving.size, [(_SHORTEST, columns.mesh.longest, 1.0)])
         own.breakpoints = rows.ravel()
@@ -311,7 +312,7 @@ class PhaseBlocks:
         rows = self.rows.limits.take(builder.instances, limits)
         no_weights = np.full(intervals.size, np.nan)
         self._add(PathRows(self.index, number, rows[:, 0], intervals, tau, no_weights), own)
-        key = (number, group.collocation.degree, group.moving)
+        key = (number, group.collocation.degree, group.moving, columns.has_known_times)
         name = f"{self.name}: {constraint.name}"
         return _block(context, builder, name, key, build, rows)
 
@@ -390,12 +391,13 @@ def _boundary_block(context: KernelContext, rows: Rows) -> Block:
     return _block(context, builder, "boundary", key, build, taken)
 
 
-def _kind_of_values(columns: PhaseColumns, problem: Problem) -> tuple[tuple[int, bool], ...]:
-    """Degree and mobility of the intervals at whose ends a value may be taken."""
+def _kind_of_values(columns: PhaseColumns, problem: Problem) -> tuple[tuple[int, bool, bool], ...]:
+    """Degree, mobility and clock of the intervals at whose ends a value may be taken."""
     mesh, phase = columns.mesh, columns.phase.name
     functionals = [f for f in problem.functionals if f.phase == phase]
     intervals = [_interval_before(_node(columns, f)) for f in functionals]
-    return tuple((int(mesh.degrees[k]), bool(mesh.moving[k])) for k in intervals)
+    clock = columns.has_known_times
+    return tuple((int(mesh.degrees[k]), bool(mesh.moving[k]), clock) for k in intervals)
 
 
 def _interval_before(node: int) -> int:

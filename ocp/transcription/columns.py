@@ -9,7 +9,7 @@ and the breakpoints that may move follow, then the unknowns of the problem and i
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,8 +17,9 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
+from ocp.mesh.known_times import LEAST_STRETCH, known_limits
 from ocp.mesh.mesh import Mesh, PhaseMesh
-from ocp.numerics.schemes import Collocation, Scheme
+from ocp.numerics.schemes import Scheme
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.integrator_chains import shape_of
 from ocp.problem.linear_controls import enters_linearly
@@ -26,57 +27,13 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Between, Control, ControlShape, Signal, State
 from ocp.scaling.scales import Scales
+from ocp.transcription.interval_groups import ControlSet, IntervalGroup, IntervalLayout
 from ocp.transcription.rows import Limits
 
 _ORDERS = {"constant": 0, "linear": 1, "polynomial": None}
 
-# first column, rows and columns of a table of unknowns that follow each other
-_Table = tuple[int, int, int]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ControlSet:
-    """Controls that are polynomials of the same order in an interval.
-
-    Attributes
-    ----------
-    order : int or None
-        None for the highest that the scheme determines, which depends on the degree.
-    one_fewer : bool
-        Whether controls of the highest order have one coefficient fewer than there are points.
-    """
-
-    controls: tuple[Control, ...]
-    order: int | None
-    one_fewer: bool = False
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class IntervalGroup:
-    """The intervals of one degree whose breakpoints all stay, or all have a movable end.
-
-    Attributes
-    ----------
-    collocation : Collocation
-    intervals : (m,)
-        Their numbers.
-    moving : bool
-        Whether they have a movable end.
-    support : (m, s + 1, n_x)
-        Columns of the states at the support points.
-    controls : tuple of (m, count, n)
-        Columns of the Bernstein coefficients of each set of controls, so that bounds on them bound
-        the controls at all times.
-    algebraics : (m, s, n_z)
-        Columns of the algebraic signals at the collocation points.
-    """
-
-    collocation: Collocation
-    intervals: Integers
-    moving: bool
-    support: Integers
-    controls: tuple[Integers, ...]
-    algebraics: Integers
+# Of the time between two known ones: what a free time keeps from one of them at most
+_LEAST_OF_GAP = 0.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,13 +53,15 @@ class PhaseColumns:
     ends : (2,) or None
         Initial and final time; None where both are fixed.
     moved : (N + 1,)
-        Breakpoints of moving intervals as fractions of the phase, -1 elsewhere.
+        Breakpoints of moving intervals as positions in the phase, -1 elsewhere.
     stop : int
         The first column behind the phase.
     intervals : int
         Their number N.
     fixed_times : (2,)
         Initial and final time where they are fixed [s], nan where they are not.
+    has_known_times : bool
+        Whether the phase has free times between known ones, see `PhaseMesh.between`.
     controls, signals : tuple of Control, of Signal
         In the order of a trajectory.
     coefficients : tuple of (Signal, (m,), (m, count))
@@ -124,6 +83,7 @@ class PhaseColumns:
     stop: int
     intervals: int = field(init=False)
     fixed_times: tuple[float, float] = field(init=False)
+    has_known_times: bool = field(init=False)
     controls: tuple[Control, ...] = field(init=False)
     signals: tuple[Signal, ...] = field(init=False)
     coefficients: tuple[tuple[Signal, Integers, Integers], ...] = field(init=False)
@@ -136,6 +96,7 @@ class PhaseColumns:
         controls = tuple(c for members in self.control_sets for c in members.controls)
         object.__setattr__(self, "intervals", self.mesh.intervals)
         object.__setattr__(self, "fixed_times", (times[0], times[1]))
+        object.__setattr__(self, "has_known_times", self.mesh.between is not None)
         object.__setattr__(self, "controls", controls)
         object.__setattr__(self, "signals", (*self.states, *controls, *self.algebraics))
 
@@ -147,6 +108,33 @@ class PhaseColumns:
             for j, algebraic in enumerate(self.algebraics):
                 coefficients.append((algebraic, group.intervals, group.algebraics[:, :, j]))
         object.__setattr__(self, "coefficients", tuple(coefficients))
+
+    def stated_times(self) -> Iterator[tuple[str, float, float, Integers, Integers]]:
+        """The times of a phase of which one is free.
+
+        Yields
+        ------
+        end : str
+            "start" or "end".
+        lower, upper : float
+            Its stated limits [s].
+        at_lower, at_upper : (1,) or (0,)
+            The column that each of these holds, none where a known time is the narrower limit.
+        """
+        if self.ends is None:
+            return
+        known, none = known_limits(self.mesh, self.phase), np.empty(0, dtype=np.int64)
+        for node, end in enumerate(("start", "end")):
+            time = self.phase.start if node == 0 else self.phase.end
+            lower, upper = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
+            column, (before, behind) = self.ends[[node]], known[node]
+            yield (
+                end,
+                lower,
+                upper,
+                none if before > lower else column,
+                none if behind < upper else column,
+            )
 
     def group_of(self, interval: int) -> IntervalGroup:
         """The group that an interval belongs to."""
@@ -291,11 +279,27 @@ class _Filled:
             for column, time in zip(columns.ends, (phase.start, phase.end), strict=True):
                 pair = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
                 self.put(column, *pair, scales.time)
+            self._between_known_times(columns, scales)
 
         for i in np.flatnonzero(columns.moved >= 0):
-            here = float(columns.mesh.breakpoints[i])
-            low, high = (0.0, 1.0) if i in columns.mesh.movable else (here, here)
+            here = float(columns.mesh.positions[i])
+            low, high = (here, here)
+            if i in columns.mesh.movable:
+                low = float(columns.mesh.stretches[i])
+                high = low + 1.0
             self.put(columns.moved[i], low, high, 1.0)
+
+    def _between_known_times(self, columns: PhaseColumns, scales: Scales) -> None:
+        """Free times of a phase that stay between the same known times."""
+        if columns.ends is None or columns.mesh.between is None:
+            return
+        (earliest, first), (last, latest) = known_limits(columns.mesh, columns.phase)
+        before, behind = (
+            min(LEAST_STRETCH * scales.time, _LEAST_OF_GAP * (high - low))
+            for low, high in ((earliest, first), (last, latest))
+        )
+        self.limits.narrow(columns.ends[0], earliest, first - before, scales.time)
+        self.limits.narrow(columns.ends[1], last + behind, latest, scales.time)
 
 
 def _control_sets(
@@ -349,7 +353,7 @@ def _phase_columns(
     degrees = np.array(sorted(set(mesh.degrees.tolist())))
     determined = _has_equations(phase)
     layouts = {
-        int(degree): _IntervalLayout.of(
+        int(degree): IntervalLayout.of(
             scheme.at(int(degree)), control_sets, n_x, n_q, len(algebraics), determined
         )
         for degree in degrees
@@ -387,105 +391,6 @@ def _phase_columns(
         moved=moved,
         stop=stop,
     )
-
-
-def _coefficients(members: ControlSet, rule: Collocation, determined: bool) -> int:
-    """Number of coefficients of a set of controls in an interval."""
-    if members.order is not None:
-        return members.order + 1
-    if determined:
-        return rule.degree
-    return max(1, min(rule.choices, rule.degree - members.one_fewer))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class _IntervalLayout:
-    """Where the unknowns of an interval of one degree are, counted from its first column.
-
-    The states and the running totals at its left breakpoint come first. Controls of a fixed order
-    follow, whose columns do not depend on the degree, then the states inside, the other controls,
-    and the algebraic signals.
-
-    Attributes
-    ----------
-    rule : Collocation
-    controls : tuple of (first, rows, columns)
-        The coefficients of each set of controls, one row a coefficient.
-    inner, algebraics : (first, rows, columns)
-        The states inside and the algebraic signals, one row a point.
-    length : int
-        Number of all columns of the interval.
-    """
-
-    rule: Collocation
-    controls: tuple[_Table, ...]
-    inner: _Table
-    algebraics: _Table
-    length: int
-
-    @classmethod
-    def of(
-        cls,
-        rule: Collocation,
-        control_sets: tuple[ControlSet, ...],
-        states: int,
-        totals: int,
-        algebraics: int,
-        determined: bool,
-    ) -> _IntervalLayout:
-        """For numbers of signals; with `determined` equations give all coefficients of controls."""
-        place = states + totals
-
-        def table(rows: int, columns: int) -> _Table:
-            nonlocal place
-            begin, place = place, place + rows * columns
-            return begin, rows, columns
-
-        def of_sets(*, fixed: bool) -> dict[ControlSet, _Table]:
-            return {
-                members: table(_coefficients(members, rule, determined), len(members.controls))
-                for members in control_sets
-                if (members.order is not None) == fixed
-            }
-
-        leading = of_sets(fixed=True)
-        inner = table(rule.inner, states)
-        tables = leading | of_sets(fixed=False)
-        of_algebraics = table(rule.degree, algebraics)
-        controls = tuple(tables[members] for members in control_sets)
-        return cls(rule, controls, inner, of_algebraics, length=place)
-
-    def group(
-        self, intervals: Integers, moving: bool, begins: Integers, nodes: Integers
-    ) -> IntervalGroup:
-        """The unknowns of some intervals.
-
-        Parameters
-        ----------
-        intervals : (m,)
-            Their numbers.
-        begins : (N + 1,)
-            The first columns of all intervals of the phase, and of its last breakpoint.
-        nodes : (N + 1, n_x)
-            Columns of the states there.
-        """
-
-        def columns(table: _Table) -> Integers:
-            place, rows, count = table
-            inside = np.arange(rows * count).reshape(rows, count)
-            return np.asarray(begins[intervals][:, None, None] + place + inside)
-
-        support = [nodes[intervals][:, None, :], columns(self.inner)]
-        if self.rule.ends_on_support:
-            support.append(nodes[intervals + 1][:, None, :])
-        return IntervalGroup(
-            collocation=self.rule,
-            intervals=intervals,
-            moving=moving,
-            support=np.concatenate(support, axis=1),
-            controls=tuple(columns(table) for table in self.controls),
-            algebraics=columns(self.algebraics),
-        )
 
 
 def _moved(mesh: PhaseMesh, first: int) -> Integers:

@@ -41,7 +41,7 @@ def decision_vector(
     columns = transcription.columns
     x = np.zeros(columns.count)
     for phase in columns.phases:
-        _fill_phase(x, phase, guess)
+        _fill_phase(x, phase, guess, limits, columns.sizes)
     for unknown, column in zip(transcription.problem.unknowns, columns.unknowns, strict=True):
         x[column] = guess.unknowns[unknown.name]
     x /= columns.sizes
@@ -54,9 +54,16 @@ def decision_vector(
     return np.asarray(np.clip(x, lower, upper))
 
 
-def _fill_phase(x: Array, columns: PhaseColumns, guess: InitialGuess) -> None:
+def _fill_phase(
+    x: Array, columns: PhaseColumns, guess: InitialGuess, limits: ProgramLimits, sizes: Array
+) -> None:
     """Unscaled values of the unknowns of a phase."""
-    own, points = guess.phases[columns.phase.name], columns.mesh.breakpoints
+    own, mesh = guess.phases[columns.phase.name], columns.mesh
+    start, end, points = own.start, own.end, mesh.breakpoints
+    if columns.ends is not None and mesh.between is not None:
+        lower, upper = (side[columns.ends] * sizes[columns.ends] for side in limits.columns)
+        start, end = np.clip([start, end], lower, upper).tolist()
+        points = mesh.fractions_at(start, end)
     for group in columns.groups:
         rule = group.collocation
         left = points[group.intervals, None]
@@ -85,9 +92,9 @@ def _fill_phase(x: Array, columns: PhaseColumns, guess: InitialGuess) -> None:
     for j, state in enumerate(columns.states):
         x[columns.nodes[:, j]] = values[state.name]
     if columns.ends is not None:
-        x[columns.ends] = own.start, own.end
+        x[columns.ends] = start, end
     here = columns.moved >= 0
-    x[columns.moved[here]] = points[here]
+    x[columns.moved[here]] = mesh.positions[here]
 
 
 def _fitted_at(order: int | None, points: Array) -> Array:
@@ -145,10 +152,10 @@ def _phase_trajectory(
     columns: PhaseColumns, values: Array, transcription: Transcription
 ) -> PhaseTrajectory:
     mesh = columns.mesh
-    fractions, here = mesh.breakpoints.copy(), columns.moved >= 0
-    fractions[here] = values[columns.moved[here]]
+    positions, here = mesh.positions.copy(), columns.moved >= 0
+    positions[here] = values[columns.moved[here]]
     begin, end = columns.fixed_times if columns.ends is None else values[columns.ends]
-    breakpoints = begin + fractions * (end - begin)
+    breakpoints = mesh.times_at(positions, float(begin), float(end))
 
     def polynomial(tables: Sequence[tuple[Integers, Basis, Integers]]) -> PiecewisePolynomial:
         pieces = _pieces([(k, basis, values[ids]) for k, basis, ids in tables])

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.mesh import Mesh, with_points
+from ocp.mesh.known_times import of_motion, with_known_times
+from ocp.mesh.mesh import Mesh
+from ocp.mesh.phase_times import Ends
+from ocp.mesh.trajectory import Trajectory
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Between, ControlShape
+from ocp.problem.symbols import ControlShape
 from ocp.scaling.scales import Scales
 from ocp.transcription.blocks import blocks_of
 from ocp.transcription.columns import Columns, columns_of
@@ -94,6 +98,18 @@ class Transcription:
         """Limits of unknowns and rows."""
         return ProgramLimits(self.columns.limits.at(parameters), self.rows.limits.at(parameters))
 
+    def of_motion(self, motion: Trajectory) -> Transcription:
+        """The same program, its mesh stated as fractions of the phases of a motion found by it.
+
+        Breakpoints at known times are elsewhere in a phase that begins or ends elsewhere.
+        """
+        mesh = of_motion(self.mesh, motion)
+        if mesh is self.mesh:
+            return self
+        pairs = zip(self.columns.phases, mesh.phases, strict=True)
+        phases = tuple(replace(columns, mesh=own) for columns, own in pairs)
+        return replace(self, mesh=mesh, columns=replace(self.columns, phases=phases))
+
 
 def transcribe(
     problem: Problem,
@@ -102,6 +118,7 @@ def transcribe(
     controls: ControlShape,
     scales: Scales,
     known: Transcription | None = None,
+    times: Mapping[str, Ends] | None = None,
 ) -> Transcription:
     """Build the nonlinear program of a problem on a mesh.
 
@@ -110,14 +127,16 @@ def transcribe(
     controls : shape of controls that do not state their own.
     known : a transcription on another mesh, whose kernels are used again where problem, scheme,
         controls and scales are the same.
+    times : mapping of str to (float, float), optional
+        Where each phase begins and ends in the motion that the mesh is made for [s], see
+        `ocp.mesh.known_times.with_known_times`.
 
     Raises
     ------
     StatementError
         When the statement cannot be transcribed.
     """
-    mesh = with_instants(problem, mesh)
-
+    mesh = with_known_times(problem, mesh, times, None if known is None else known.mesh)
     columns = columns_of(problem, mesh, scheme, controls, scales)
 
     kernels = {} if known is None else _usable_kernels(known, problem, scheme, controls, scales)
@@ -179,23 +198,3 @@ def _usable_kernels(
     """The kernels of a transcription of the same problem, none where it is another one."""
     same = known.problem is problem and known.scales is scales
     return known.kernels if same and (known.scheme, known.controls) == (scheme, controls) else {}
-
-
-def with_instants(problem: Problem, mesh: Mesh) -> Mesh:
-    """The mesh with a breakpoint at every known instant, see `Problem.instants`."""
-    phases = []
-    for phase, phase_mesh in zip(problem.phases, mesh.phases, strict=True):
-        instants = problem.instants[phase.name]
-        if instants and not isinstance(phase.start, Between) and not isinstance(phase.end, Between):
-            fractions = (np.array(instants) - phase.start) / (phase.end - phase.start)
-            phase_mesh = with_points(phase_mesh, fractions)
-        phases.append(phase_mesh)
-
-    if all(a is b for a, b in zip(phases, mesh.phases, strict=True)):
-        return mesh
-
-    # extra points count by interval: they stay right only where no interval was added
-    same = all(a.intervals == b.intervals for a, b in zip(phases, mesh.phases, strict=True))
-    if same and any(mesh.extra):
-        return mesh
-    return Mesh(tuple(phases))

@@ -28,7 +28,7 @@ from ocp import (
     save,
     solve,
 )
-from ocp.nlp.unplaced_times import remedy_for_unplaced_times, unplaced_times
+from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.problem.instants import stepping_times
 from ocp.solve import first_mesh
 
@@ -90,12 +90,13 @@ def test_stated_breakpoints_stay_in_every_mesh():
         assert np.abs(points - time).min() < 1e-8
 
 
-def test_smooth_tables_and_free_times_have_no_steps():
+def test_smooth_tables_have_no_steps_and_free_times_those_within_their_limits():
     smooth = charging(2 + ca.sin(TIME))
     assert smooth.steps["charge"] == ()
     x = State("x")
-    free = Phase("free", {x: ca.if_else(TIME < 1, 1, 2)}, {x: 0}, {x: 3}, end=Between(0.5, 5, 2))
-    assert Problem("free", free, minimise=free.end_time).steps["free"] == ()
+    rate = ca.if_else(TIME < 1, 1, ca.if_else(TIME < 6, 2, 3))
+    free = Phase("free", {x: rate}, {x: 0}, {x: 3}, end=Between(0.5, 5, 2))
+    assert Problem("free", free, minimise=free.end_time).steps["free"] == (1.0,)
 
 
 def test_a_divisor_of_time_alone_tells_where_it_vanishes():
@@ -168,12 +169,6 @@ def test_a_pulse_between_the_points_of_the_first_mesh_counts(pulse):
 def test_a_breakpoint_that_is_none_is_refused(options, words):
     with pytest.raises(StatementError, match=words):
         charging(1 + 0 * TIME, **options)
-
-
-def test_breakpoints_need_fixed_times():
-    x = State("x")
-    with pytest.raises(StatementError, match="split the phase there"):
-        Phase("free", {x: 1}, {x: 0}, {x: 3}, end=Between(0.5, 5), breakpoints=[1.0])
 
 
 def test_limits_of_signals_and_bounds_may_hold_unknowns():
@@ -254,21 +249,24 @@ def wind_over(phase_times):
     return Problem("drift", phases, minimise=cost, links=links)
 
 
-def test_times_that_no_mesh_follows_are_named_and_a_phase_that_is_split_there_is_solved() -> None:
-    with pytest.raises(SolveFailed, match=r"'part 0' step or bend at 0\.3, 0\.5 s, and no mesh"):
-        solve(wind_over([0.0]), settings=Settings(iterations=200))
+def test_a_phase_with_a_free_end_is_as_good_as_one_that_is_split() -> None:
     # with the end at T: (1 - W(T))^2 / T + T / 100, W(T) = 0.9 + 0.2 (T - 0.5)
-    found = solve(wind_over([0.0, 0.3, 0.5]))
     best = optimize.minimize_scalar(
         lambda t: (0.1 - 0.2 * (t - 0.5)) ** 2 / t + t / 100, bounds=(0.51, 1.1)
     )
-    assert found.objective == pytest.approx(best.fun, rel=1e-6)
-    assert certify(found).passed
+    for times in ([0.0], [0.0, 0.3, 0.5]):
+        found = solve(wind_over(times))
+        assert found.objective == pytest.approx(best.fun, rel=1e-6)
+        assert certify(found).passed
+
+
+def test_a_failure_names_the_known_times_and_asks_to_split_the_phase() -> None:
+    assert remedy_for_known_times(wind_over([0.0, 0.3, 0.5])) == ""
+    with pytest.raises(SolveFailed, match=r"'part 0' step or bend at 0\.3, 0\.5 s, and as a time"):
+        solve(wind_over([0.0]), settings=Settings(iterations=3))
 
 
 def test_times_beyond_a_phase_are_not_named() -> None:
     x, u = State("x"), Control("u")
     phase = Phase("go", {x: u + ca.if_else(TIME < 9, 0, 1)}, {x: 0}, {x: 1}, end=Between(1, 5))
-    problem = Problem("go", phase, minimise=phase.integral(u**2))
-    assert list(unplaced_times(problem)) == []
-    assert remedy_for_unplaced_times(problem) == ""
+    assert remedy_for_known_times(Problem("go", phase, minimise=phase.integral(u**2))) == ""

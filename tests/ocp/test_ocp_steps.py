@@ -136,10 +136,16 @@ def test_a_known_time_is_no_step_that_moves_but_its_constant_has_no_slope():
     assert np.isnan(slopes_by_multipliers(found)["change"])
 
 
-def test_a_known_time_moves_in_a_phase_whose_end_is_free():
-    problem = crossing(speed * ca.if_else(TIME < 0.4, 1, 1.001), end=Between(0.5, 1.0))
-    with pytest.warns(StatementWarning, match=r"steps at 0\.4 s, where 'time < 0\.4' changes"):
-        solve(problem)
+def test_a_known_time_is_no_step_that_moves_where_the_end_is_free():
+    found = solve(crossing(speed * ca.if_else(TIME < 0.4, 1, 1.001), end=Between(0.5, 1.0)))
+    assert certify(found).passed
+
+
+def test_a_time_that_no_breakpoint_is_held_at_moves_where_the_end_is_free():
+    change = Constant("change", "s", 0.4)
+    rate = speed * ca.if_else(change > TIME, 1, 1.001)
+    with pytest.warns(StatementWarning, match=r"steps at 0\.4 s, where 'time < change' changes"):
+        solve(crossing(rate, end=Between(0.5, 1.0)))
 
 
 def test_friction_of_one_sign_is_no_step():

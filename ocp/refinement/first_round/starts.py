@@ -165,7 +165,7 @@ def shifted(meshes: MeshSolver, program: Transcription, x: Array) -> Iterator[St
     times = {motion.name: (motion.start, motion.end) for motion in found.phases}
     guess = initial_guess(meshes.problem, meshes.parameters, found)
     for other in shifted_times(meshes.problem.phases, times):
-        phases = {name: _Retimed(phase, *other[name]) for name, phase in guess.phases.items()}
+        phases = {name: Retimed(phase, *other[name]) for name, phase in guess.phases.items()}
         yield _point(meshes, program, InitialGuess(phases, guess.unknowns))
 
 
@@ -189,7 +189,7 @@ def with_other_controls(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class _Retimed:
+class Retimed:
     """A guess of a phase at other times [s]."""
 
     guess: PhaseGuess

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ocp.nlp.result import NlpResult
+from ocp.refinement.better_motions.across_known_times import across_known_times
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.mesh_solver import Start
@@ -25,6 +26,12 @@ def first_motion(first_round: MeshRound, start: Start, program: Transcription) -
     start : Iterate, Trajectory or None
         Where it starts; None for the guess in the statement.
     """
+    found = _on_its_side(first_round, start, program)
+    return across_known_times(first_round.meshes, first_round.solver, first_round.before, found)
+
+
+def _on_its_side(first_round: MeshRound, start: Start, program: Transcription) -> MeshAnswer:
+    """The same, phases that begin or end at a known time left at it."""
     meshes, kinked = first_round.meshes, may_be_lost(first_round.meshes, start)
     patience = PATIENCE if kinked else math.inf
     result = meshes.solve(program, start, first_round.solver, first_round.before, most=patience)

@@ -1,0 +1,27 @@
+"""What to do about known times at which expressions step or bend, where a solve has failed.
+
+A phase whose own times are free begins and ends on one side or the other of each known time. The
+engine chooses among these, and solves one after another. Who splits the phase there chooses.
+"""
+
+from __future__ import annotations
+
+from ocp.problem.problem import Problem
+
+_MOST_SHOWN = 4
+
+
+def remedy_for_known_times(problem: Problem) -> str:
+    """Where a phase with a free time may be split; ends with "or", or is empty."""
+    for phase in problem.phases:
+        times = problem.steps[phase.name]
+        if phase.has_fixed_times or not times:
+            continue
+        shown = ", ".join(f"{time:.6g}" for time in times[:_MOST_SHOWN])
+        more = f" and {len(times) - _MOST_SHOWN} more times" if len(times) > _MOST_SHOWN else ""
+        return (
+            f"expressions of phase '{phase.name}' step or bend at {shown} s{more}, and as a time "
+            "of the phase is free, nobody says on which side of them it is: split the phase there, "
+            "and link the parts by joined(first, second); or "
+        )
+    return ""
