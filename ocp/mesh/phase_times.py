@@ -40,6 +40,11 @@ def guessed_times(phases: Sequence[Phase]) -> dict[str, Ends]:
     return times
 
 
+def knots_of(times: Mapping[str, Ends]) -> Array:
+    """All times at which a phase begins or ends, in order."""
+    return distinct(np.array([value for ends in times.values() for value in ends]))
+
+
 def drawn_times(
     phases: Sequence[Phase], guessed: Mapping[str, Ends], random: np.random.Generator
 ) -> dict[str, Ends]:
@@ -48,7 +53,7 @@ def drawn_times(
     A free last time is guessed ones stretched, or anywhere within its limits, every other time. A
     free first time is anywhere within its limits as often, where both are finite.
     """
-    knots = _knots(guessed)
+    knots = knots_of(guessed)
     stretch = float(np.exp(random.uniform(-1.0, 1.0) * np.log(_FASTER)))
     first = _anywhere(phases[0].start, float(knots[0]), random)
     end = first + stretch * float(knots[-1] - knots[0])
@@ -79,16 +84,11 @@ def shifted_times(phases: Sequence[Phase], times: Mapping[str, Ends]) -> list[di
     """
     if not meet_freely(phases):
         return []
-    pieces = np.diff(_knots(times))
+    pieces = np.diff(knots_of(times))
     # what has no length takes no turn
     signs = (-1.0) ** np.cumsum(pieces > _LONG * pieces.sum())
-    ends = float(_knots(times)[0]), float(_knots(times)[-1])
+    ends = float(knots_of(times)[0]), float(knots_of(times)[-1])
     return [_moved(phases, times, ends, _SHIFT ** (sign * signs)) for sign in (1.0, -1.0)]
-
-
-def _knots(times: Mapping[str, Ends]) -> Array:
-    """All times at which a phase begins or ends, in order."""
-    return distinct(np.array([value for ends in times.values() for value in ends]))
 
 
 def _moved(
@@ -107,7 +107,7 @@ def _moved(
         for time, value in zip((phase.start, phase.end), times[phase.name], strict=True)
         if not isinstance(time, Between)
     }
-    knots, last = _knots(times), len(weights)
+    knots, last = knots_of(times), len(weights)
     pieces = np.diff(knots) * weights
     held = sorted({0, last, *(k for k in range(last + 1) if float(knots[k]) in known)})
 

@@ -30,7 +30,7 @@ def known_time_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     meshes = MeshSolver.of(
         iterate.problem, Settings(), iterate.parameters, evaluator=evidence.evaluator
     )
-    for time, other, point, _ in other_sides(meshes, program, motion, {sides_of(program)}):
+    for time, other, point, _ in other_sides(meshes, program, motion, {sides_of(program.mesh)}):
         result = meshes.solve(other, point, meshes.settings.solver)
         if result.outcome == "interrupted":
             raise KeyboardInterrupt

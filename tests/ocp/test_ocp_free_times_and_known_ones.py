@@ -27,6 +27,7 @@ from ocp import (
 )
 from ocp.mesh.known_times import with_known_times
 from ocp.mesh.mesh import Mesh, PhaseMesh
+from ocp.refinement.first_round.side_choices import side_choices
 from ocp.solve import first_mesh
 
 x, v, u = State("x"), State("v"), Control("u")
@@ -292,3 +293,20 @@ def test_a_known_time_at_an_end_belongs_to_no_breakpoint():
         PhaseMesh(np.array([0.0, 0.5, 1.0]), np.array([3]), known=((2, 1.0),))
     free = Mesh((PhaseMesh(np.array([0.0, 0.5, 1.0]), np.array([3]), known=((1, 1.0),)),)).freed()
     assert free.phases[0].movable == ()
+
+
+def test_choices_of_sides_are_tried_in_order_and_at_three_places():
+    phase = Phase("go", {x: u}, start=Between(0, 1), end=Between(0.5, 3))
+    choices = side_choices([phase], {"go": (1.0, 2.0)}, {"go": (0.5, 1.75)}, 40)
+    ends = [times["go"] for times in choices]
+    # both before 1 s, then with the end between the known times, then behind both
+    assert np.ravel(ends[:3]).tolist() == pytest.approx([0.25, 0.875, 0.5, 1.5, 0.5, 2.5])
+    assert len(ends) == 9
+    assert all(start < end for start, end in ends)
+    assert len(side_choices([phase], {"go": (1.0, 2.0)}, {"go": (0.5, 1.75)}, 2)) == 2
+
+
+def test_a_time_without_a_limit_is_tried_behind_the_last_known_one():
+    phase = Phase("go", {x: u}, end=Between(0.5, np.inf, 2.0))
+    choices = side_choices([phase], {"go": (1.0,)}, {"go": (0.0, 2.0)}, 40)
+    assert [times["go"][1] > 1.0 for times in choices] == [False, True] * 3

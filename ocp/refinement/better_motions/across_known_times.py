@@ -82,9 +82,9 @@ def ends_at_known_times(program: Transcription, motion: Trajectory) -> list[EndA
     return found
 
 
-def sides_of(program: Transcription) -> Sides:
-    """On which side of the known times a program keeps the ends of its phases."""
-    return tuple((mesh.times, mesh.between) for mesh in program.mesh.phases)
+def sides_of(mesh: Mesh) -> Sides:
+    """On which side of the known times a mesh keeps the ends of its phases."""
+    return tuple((phase.times, phase.between) for phase in mesh.phases)
 
 
 def across_known_times(
@@ -106,14 +106,14 @@ def across_known_times(
     """
     if all(mesh.between is None for mesh in answer.program.mesh.phases):
         return answer
-    best, seen, spent = answer, {sides_of(answer.program)}, answer.result
+    best, seen, spent = answer, {sides_of(answer.program.mesh)}, answer.result
     for _ in range(_MOST):
         better = None
         motion = trajectory_of(best.program, best.result.x, meshes.parameters)
         for _, program, point, drops in other_sides(meshes, best.program, motion, seen):
             if meshes.budget.spent(iterations_of(before) + spent.iterations):
                 return _counted(best, spent)
-            seen.add(sides_of(program))
+            seen.add(sides_of(program.mesh))
             result = meshes.solve(program, point, solver, before)
             spent = replace(
                 result,
@@ -186,7 +186,7 @@ def other_sides(
         if times is None:
             continue
         program = beside(here, motion, times)
-        if sides_of(program) not in seen:
+        if sides_of(program.mesh) not in seen:
             drops = any(end.before == (end.node == 0) for end in there)
             yield time, program, start_of(meshes, program, motion, times), drops
 
