@@ -35,6 +35,10 @@ _ORDERS = {"constant": 0, "linear": 1, "polynomial": None}
 # Of the time between two known ones: what a free time keeps from one of them at most
 _LEAST_OF_GAP = 0.1
 
+# Of a known time, or of the typical duration: what a free time keeps from it. IPOPT moves limits by
+# 2e-12 of their size where it is next to them, and behind a known time all is other.
+_ASIDE = 1e-10
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PhaseColumns:
@@ -298,6 +302,10 @@ class _Filled:
             min(LEAST_STRETCH * scales.time, _LEAST_OF_GAP * (high - low))
             for low, high in ((earliest, first), (last, latest))
         )
+        if math.isfinite(earliest):
+            earliest += _ASIDE * max(abs(earliest), scales.time)
+        if math.isfinite(latest):
+            latest -= _ASIDE * max(abs(latest), scales.time)
         self.limits.narrow(columns.ends[0], earliest, first - before, scales.time)
         self.limits.narrow(columns.ends[1], last + behind, latest, scales.time)
 

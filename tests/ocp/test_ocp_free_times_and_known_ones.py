@@ -210,6 +210,38 @@ def test_an_end_held_by_a_known_time_alone_is_not_certified(monkeypatch):
     assert failed == ["the known time 0.9 s"]
 
 
+def test_a_motion_that_ends_at_a_known_time_costs_what_it_does_before_it():
+    """From a guess of 0.3 s it goes on behind six known times, and ends at 2.8 s."""
+    known, prices = 0.4 * np.arange(1, 10), [1, 2] * 5
+    move = Phase(
+        "go",
+        {x: v, v: u},
+        {x: 0, v: 0},
+        {x: 1, v: 0},
+        end=Between(0.3, 5, 0.3),
+        guess={x: (0, 1)},
+    )
+    cost = move.integral(u**2 * steps(known, prices)) + 0.4 * move.end_time
+    found = solve(Problem("walk", move, minimise=cost))
+    # u = (a + b s) / price with s until the end: least of a quadratic form under two equations
+    left = 2.8 - np.array([0.0, *known[:7]])
+    moments = [
+        sum((a**n - b**n) / n / p for a, b, p in zip(left, left[1:], prices, strict=False))
+        for n in (1, 2, 3)
+    ]
+    gramian = np.array([moments[:2], moments[1:]])
+    least_effort = np.linalg.inv(gramian)[1, 1]
+    assert found.objective == pytest.approx(least_effort + 0.4 * 2.8, rel=1e-8)
+    assert found.trajectory.phases[0].end == pytest.approx(2.8, abs=1e-8)
+    assert certify(found).passed
+
+
+def test_what_is_not_feasible_on_one_side_is_met_on_another():
+    slow = thrust * steps([0.5, 1.0, 1.5, 2.0], [0.05, 0.1, 0.05, 0.1, 1.0])
+    problem = go(slow, 0 * u, end=Between(0.1, 5, 0.3), price=1.0, guess={x: (0, 1)})
+    assert solve(problem).objective == pytest.approx(3 - 0.15, rel=1e-8)
+
+
 def test_slopes_hold_the_known_times():
     def statement(start=0.0):
         return go(0.3 * WIND + u, u**2, start=start, end=Between(0.2, 3))

@@ -68,6 +68,11 @@ class EndAtKnownTime:
     time: float
     before: bool
 
+    @property
+    def shortens(self) -> bool:
+        """Whether the phase is shorter on the other side."""
+        return self.before == (self.node == 0)
+
 
 def ends_at_known_times(program: Transcription, motion: Trajectory) -> list[EndAtKnownTime]:
     """The free ends of phases that lie at a known time, beyond which they cannot go."""
@@ -187,16 +192,25 @@ def other_sides(
             continue
         program = beside(here, motion, times)
         if sides_of(program.mesh) not in seen:
-            drops = any(end.before == (end.node == 0) for end in there)
+            drops = any(end.shortens for end in there)
             yield time, program, start_of(meshes, program, motion, times), drops
 
 
 def _beyond(
     meshes: MeshSolver, motion: Trajectory, ends: Sequence[EndAtKnownTime]
 ) -> dict[str, Ends] | None:
-    """Times of phases some of whose ends are a little beyond a known time; None without room."""
+    """Times of phases some of whose ends are a little beyond a known time; None without room.
+
+    Where all of them become shorter they end at it.
+    """
     problem = meshes.problem
     times = {phase.name: [phase.start, phase.end] for phase in motion.phases}
+    if all(end.shortens for end in ends):
+        # nothing but a stretch of next to no length is left out
+        for end in ends:
+            times[problem.phases[end.index].name][end.node] = end.time
+        return {name: (first, last) for name, (first, last) in times.items()}
+
     steps = []
     for end in ends:
         phase, own = problem.phases[end.index], motion.phases[end.index]
@@ -204,7 +218,7 @@ def _beyond(
         free = phase.start if end.node == 0 else phase.end
         assert isinstance(free, Between)
         stops = [*problem.instants[phase.name], free.upper if end.before else free.lower]
-        if end.before == (end.node == 0):
+        if end.shortens:
             stops.append(own.end if end.node == 0 else own.start)  # it becomes shorter
         rooms = [room for stop in stops if (room := side * (stop - end.time)) > 0.0]
         steps.append(_BEYOND * min([*rooms, own.end - own.start]))

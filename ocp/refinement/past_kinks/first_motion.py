@@ -40,9 +40,13 @@ def _on_its_side(first_round: MeshRound, start: Start, program: Transcription) -
         if found.result.outcome in ("solved", "interrupted"):
             return found
         result = _without_haste(first_round, start, found)
+    answer = MeshAnswer(program, result)
+    if result.outcome != "solved":
+        # what cannot be met on one side of a known time may be met on another one
+        answer = across_known_times(meshes, first_round.solver, first_round.before, answer)
     if start is None:
-        return first_answer(first_round, program, result)
-    return MeshAnswer(program, result)
+        return first_answer(first_round, answer.program, answer.result)
+    return answer
 
 
 def _without_haste(first_round: MeshRound, start: Start, failed: MeshAnswer) -> NlpResult:
