@@ -26,9 +26,9 @@ from ocp.problem.symbols import Between
 # stretch that is shorter has no rates.
 LEAST_STRETCH = 1e-6
 
-# Of the phase: a free end this near to a known time is at it, and which side it is on is taken
-# from the mesh before.
-_AT = 3 * LEAST_STRETCH
+# Of the duration: a free end this near to a known time is at it. Which side it is on is taken from
+# the mesh before.
+AT_KNOWN_TIME = 3 * LEAST_STRETCH
 
 # Of the phase: known times closer than this are one, and breakpoints at two are not closer.
 _ONE_TIME = 10 * SAME_POINT
@@ -126,7 +126,7 @@ def _inside(
     One at a free end is where it was before. Without any before it is behind that end: phases that
     meet at a known time then agree on which of them it belongs to.
     """
-    (start, end), at = ends, _AT * (ends[1] - ends[0])
+    (start, end), at = ends, AT_KNOWN_TIME * (ends[1] - ends[0])
     first_is_free, last_is_free = (isinstance(time, Between) for time in (phase.start, phase.end))
     known = None if before is None or before.between is None else before.times
     found = []

@@ -15,7 +15,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, initial_guess
-from ocp.mesh.known_times import LEAST_STRETCH, known_limits, placed
+from ocp.mesh.known_times import AT_KNOWN_TIME, known_limits, placed
 from ocp.mesh.mesh import Mesh, PhaseMesh, distinct
 from ocp.mesh.phase_times import Ends
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
@@ -28,9 +28,6 @@ from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import Transcription, transcribe
-
-# Of the typical duration: a free end this near to a known time is at it.
-AT = 3 * LEAST_STRETCH
 
 # Of the room on the other side of a known time: how far a phase begins or ends there at first.
 _BEYOND = 0.05
@@ -76,7 +73,7 @@ class EndAtKnownTime:
 
 def ends_at_known_times(program: Transcription, motion: Trajectory) -> list[EndAtKnownTime]:
     """The free ends of phases that lie at a known time, beyond which they cannot go."""
-    found, at = [], AT * program.scales.time
+    found, at = [], AT_KNOWN_TIME * program.scales.time
     for index, (columns, own) in enumerate(zip(program.columns.phases, motion.phases, strict=True)):
         limits = known_limits(columns.mesh, columns.phase)
         for node, (time, (low, high)) in enumerate(zip((own.start, own.end), limits, strict=True)):
@@ -227,7 +224,7 @@ def _beyond(
     for end in ends:
         name = problem.phases[end.index].name
         times[name][end.node] = end.time + (step if end.before else -step)
-    if step <= AT * max(phase.end - phase.start for phase in motion.phases):
+    if step <= AT_KNOWN_TIME * max(phase.end - phase.start for phase in motion.phases):
         return None
     return {name: (start, end) for name, (start, end) in times.items()}
 
@@ -255,7 +252,7 @@ def _mesh_beside(
     instants: Sequence[float], phase: Phase, mesh: PhaseMesh, motion: PhaseTrajectory, ends: Ends
 ) -> PhaseMesh:
     """The mesh of a motion, cut off or made longer so that it is that of a phase of other times."""
-    (start, end), at = ends, AT * (ends[1] - ends[0])
+    (start, end), at = ends, AT_KNOWN_TIME * (ends[1] - ends[0])
     inside = tuple(time for time in instants if start < time < end)
     points = motion.breakpoints
     kept = (points > start + at) & (points < end - at)
