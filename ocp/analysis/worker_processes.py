@@ -73,7 +73,7 @@ def solved_in_processes(
     """Solve problems from their guesses in up to `workers` processes.
 
     A job is taken when a process is free for it.  When the user asks to stop, none is taken any
-    more: those at work are stopped, and what they had reached still comes.  When he asks again, the
+    more: those at work are stopped, and what they had reached still comes.  At the second time the
     processes are ended, and only what they had sent still comes.
 
     Parameters
@@ -106,19 +106,25 @@ def solved_in_processes(
     stop = context.RawValue(ctypes.c_bool, False)
     pool = ProcessPool(workers, context, _begin, (lines, stop))
     waiting: deque[tuple[StartJob | None, Future[Any]]] = deque()
+
     try:
         with pool:
             while True:
+                # a job is taken late: what is left of the seconds is known then
                 while (
                     not asked() and len(_at_work(waiting)) < workers and (job := next(jobs, None))
                 ):
                     waiting.append(_begun(pool, job, bound, tells=say is not None))
                 if not waiting:
                     break
+
+                # never for long, so that the user sees lines and may ask to stop
                 if not waiting[0][1].done():
                     wait(_at_work(waiting), timeout=_PAUSE, return_when=FIRST_COMPLETED)
                     stop.value = asked()
                 _tell(lines, say)
+
+                # in the order of the jobs: one that is done waits for those before it
                 while waiting and waiting[0][1].done():
                     yield _received_answer(*waiting.popleft())
     except BrokenProcessPool as broken:

@@ -1,7 +1,7 @@
 """What to do about known times at which expressions step or bend, where a solve has failed.
 
-A phase whose own times are free begins and ends on one side or the other of each known time. The
-engine chooses among these, and solves one after another. Who splits the phase there chooses.
+A phase with a free time begins or ends on one side or the other of each known time. The engine
+tries these sides. A user who splits the phase there states which one is meant.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ def remedy_for_known_times(problem: Problem) -> str:
         shown = ", ".join(f"{time:.6g}" for time in times[:_MOST_SHOWN])
         more = f" and {len(times) - _MOST_SHOWN} more times" if len(times) > _MOST_SHOWN else ""
         return (
-            f"expressions of phase '{phase.name}' step or bend at {shown} s{more}, and as a time "
-            "of the phase is free, nobody says on which side of them it is: split the phase there, "
-            "and link the parts by joined(first, second); or "
+            f"expressions of phase '{phase.name}' step or bend at {shown} s{more}, and a free time "
+            "of the phase may lie on either side of them: split the phase there, and link the "
+            "parts by joined(first, second); or "
         )
     return ""

@@ -345,10 +345,8 @@ def _clock(
 
     # where in the phase, as fractions of it
     if group.moving:
-        ids = np.stack([columns.moved[intervals], columns.moved[intervals + 1]], axis=1)
-        sides = builder.variables(ids, [1.0, 1.0])
-        fraction = sides[0] + builder.data(tau[:, None]) * (sides[1] - sides[0])
-        length = sides[1] - sides[0]
+        place, length = _moving_interval(columns, builder, intervals)
+        fraction = place + builder.data(tau[:, None]) * length
         if stepping:
             # to the inner side of a breakpoint, wherever it moves
             inner = within(left + tau * width, left, left + width) - (left + tau * width)
@@ -364,6 +362,15 @@ def _clock(
         ends = builder.variables(columns.ends[None, :], [context.scales.time] * 2)
         begin, span = ends[0], ends[1] - ends[0]
     return begin + fraction * span, length * span
+
+
+def _moving_interval(
+    columns: PhaseColumns, builder: KernelBuilder, intervals: Integers
+) -> tuple[Any, Any]:
+    """Where intervals whose breakpoints are unknowns begin, and how long they are."""
+    ids = np.stack([columns.moved[intervals], columns.moved[intervals + 1]], axis=1)
+    sides = builder.variables(ids, [1.0, 1.0])
+    return sides[0], sides[1] - sides[0]
 
 
 def _clock_between_known_times(
@@ -394,10 +401,8 @@ def _clock_between_known_times(
     first, second = d[0] * ends[0] + d[2], d[1] * ends[1] + d[3]
 
     if group.moving:
-        ids = np.stack([columns.moved[intervals], columns.moved[intervals + 1]], axis=1)
-        sides = builder.variables(ids, [1.0, 1.0])
-        part = sides[0] - builder.data(stretches[:, None].astype(float))
-        length = sides[1] - sides[0]
+        place, length = _moving_interval(columns, builder, intervals)
+        part = place - builder.data(stretches[:, None].astype(float))
         part += builder.data(tau[:, None]) * length
     else:
         parts = builder.data(np.stack([left + tau * (right - left), right - left], axis=1))

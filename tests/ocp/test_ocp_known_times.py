@@ -262,7 +262,9 @@ def test_a_phase_with_a_free_end_is_as_good_as_one_that_is_split() -> None:
 
 def test_a_failure_names_the_known_times_and_asks_to_split_the_phase() -> None:
     assert remedy_for_known_times(wind_over([0.0, 0.3, 0.5])) == ""
-    with pytest.raises(SolveFailed, match=r"'part 0' step or bend at 0\.3, 0\.5 s, and as a time"):
+    with pytest.raises(
+        SolveFailed, match=r"'part 0' step or bend at 0\.3, 0\.5 s, and a free time"
+    ):
         solve(wind_over([0.0]), settings=Settings(iterations=3))
 
 

@@ -41,12 +41,13 @@ def _on_its_side(first_round: MeshRound, start: Start, program: Transcription) -
             return found
         result = _without_haste(first_round, start, found)
     answer = MeshAnswer(program, result)
+    if start is not None:
+        return answer
     if result.outcome != "solved":
-        # what cannot be met on one side of a known time may be met on another one
+        # what cannot be met on one side of a known time is met on another one sooner than from
+        # other starts
         answer = across_known_times(meshes, first_round.solver, first_round.before, answer)
-    if start is None:
-        return first_answer(first_round, answer.program, answer.result)
-    return answer
+    return first_answer(first_round, answer.program, answer.result)
 
 
 def _without_haste(first_round: MeshRound, start: Start, failed: MeshAnswer) -> NlpResult:
