@@ -12,6 +12,7 @@ from ocp import (
     NumericalTrouble,
     Phase,
     Problem,
+    Settings,
     State,
     certify,
     solve,
@@ -40,7 +41,7 @@ def squared_path():
 @pytest.mark.parametrize("problem", [cubed_end, squared_path])
 def test_what_has_no_slope_is_named(problem):
     with pytest.raises((NumericalTrouble, IterationLimit), match="'goal' has no slope where it is"):
-        solve(problem())
+        solve(problem(), settings=Settings(intervals=10))
 
 
 def test_what_a_square_is_off_by_counts_by_its_worth():

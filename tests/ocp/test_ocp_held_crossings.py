@@ -67,6 +67,6 @@ def test_a_step_of_means_is_seen() -> None:
 @pytest.mark.slow
 def test_a_held_crossing_is_freed() -> None:
     """It was certified at 5.10122; a motion of 5.1011486 is known."""
-    found = solve(swing_up(), settings=Settings(intervals=40))
+    found = solve(swing_up(), settings=Settings(intervals=36))
     assert found.objective == pytest.approx(5.1011486, rel=1e-6)
     assert certify(found).passed

@@ -235,7 +235,7 @@ def test_a_switch_does_not_take_the_place_of_a_known_time():
     assert "other controls promise" in found.verdict
 
 
-@pytest.mark.parametrize("intervals", [8, 18, 24, 40])
+@pytest.mark.parametrize("intervals", [8, 40])
 def test_a_switch_goes_on_through_several_intervals(intervals):
     # Two valleys, and stiff: the switch began up to 330 s too early, where breakpoints were held
     # still or passed one narrow interval a round. In the last 10 s the blend is to fall, too, by

@@ -80,8 +80,10 @@ def test_the_guess_is_the_motion_at_the_guess_of_the_unknowns() -> None:
 
 @pytest.mark.slow
 def test_a_stiff_fit_is_found() -> None:
+    values = measured()
+
     def misfit(log):
-        return 1e4 * float(np.sum((motion(TIMES, np.exp(log)) - measured()) ** 2))
+        return 1e4 * float(np.sum((motion(TIMES, np.exp(log)) - values) ** 2))
 
     best = minimize_scalar(misfit, bounds=(-0.1, 0.1), options={"xatol": 1e-5})
     solution = solve(fit())

@@ -58,7 +58,7 @@ def test_a_step_at_a_place_is_said_and_not_certified(rate):
 STEEPER = {
     "direction": (0.5 * (x - 0.5) / ca.norm_2(ca.vertcat(x - 0.5, 2 * x - 1)), "sqrt"),
     "arc tangent": (ca.atan(0.1 / (x - 0.5)) / ca.pi, "x - 0.5"),
-    "arc tangent of a tangent": (0.25 * ca.sin(ca.atan(ca.tan(x + 1.0708))), "cos"),
+    "arc tangent of a tangent": (0.1 * ca.sin(ca.atan(ca.tan(x + 1.0708))), "cos"),
     "hyperbolic tangent": (0.5 * ca.tanh(0.1 / (x - 0.5)), "x - 0.5"),
 }
 

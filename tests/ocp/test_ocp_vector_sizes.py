@@ -14,6 +14,7 @@ from ocp import (
     InvalidNumber,
     Phase,
     Problem,
+    Settings,
     State,
     Unverified,
     certify,
@@ -78,7 +79,12 @@ def raised(problem):
     ],
     ids=["squares", "products", "hypot", "norm_2", "dot", "factors"],
 )
-def test_a_thruster_coasts_on_its_way_along_a_line(size):
+def test_all_ways_to_write_a_size_are_seen(size):
+    (control,) = raised(least(size))
+    assert control.scale == pytest.approx(1.0)  # by the bound on the thrust
+
+
+def test_a_thruster_coasts_on_its_way_along_a_line():
     found = solve(least(size))
     assert found.objective == pytest.approx(line(2), rel=1e-6)
     assert found.sample(ax, [1.5])[0] == pytest.approx(0.0, abs=1e-6)
@@ -111,7 +117,8 @@ def test_units_and_scales_do_not_matter():
     most, far = 1e-3, Constant("most", "m/s^2", value=1e-3)
     thrust = [Control(name, "m/s^2", lower=-far, upper=far) for name in ("a", "b")]
     phase = move(thrust=thrust, end=120.0, most=most)
-    found = solve(Problem("least", phase, minimise=1e3 * phase.integral(ca.norm_2(vector(thrust)))))
+    cost = 1e3 * phase.integral(ca.norm_2(vector(thrust)))
+    found = solve(Problem("least", phase, minimise=cost), settings=Settings(intervals=12))
     assert found.objective == pytest.approx(1e3 * line(2, 120.0, most), rel=1e-6)
     assert certify(found).passed
 
@@ -178,7 +185,8 @@ def test_a_budget_of_fuel():
     # along the line in the least time: t1 = F/2, and t1 (T - t1) is the way
     phase = move(end=Between(0.5, 20))
     burnt = phase.integral(size)
-    found = solve(Problem("fast", phase, minimise=phase.end_time, bounds=[burnt <= 1.0]))
+    fast = Problem("fast", phase, minimise=phase.end_time, bounds=[burnt <= 1.0])
+    found = solve(fast, settings=Settings(intervals=8))
     assert found.objective == pytest.approx(0.5 + 2 * math.hypot(1, 0.5), rel=1e-6)
     assert found.value(burnt) == pytest.approx(1.0, rel=1e-5)
     assert certify(found).passed
@@ -213,7 +221,7 @@ def test_limits_far_above_what_is_used_are_refused_and_a_scale_is_not():
 
 def test_a_file_has_it_too(tmp_path):
     problem = least(size)
-    save(solve(problem), tmp_path / "least.ocp")
+    save(solve(problem, settings=Settings(intervals=8)), tmp_path / "least.ocp")
     found = load(tmp_path / "least.ocp")
     assert found.objective == pytest.approx(line(2), rel=1e-6)
     assert raised(found.problem)

@@ -59,11 +59,13 @@ class Reference:
     intervals : of the plain collocation.
     random_starts : beside the crude one and the engine's answers.
     audits : whether an audit looks for the better optimum where an answer is another one.
+    guesses : from which the engine solves.
     """
 
     intervals: int = 200
     random_starts: int = 3
     audits: bool = True
+    guesses: Sequence[str] = GUESSES
 
 
 def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
@@ -78,7 +80,7 @@ def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
 
     answers: dict[str, dict[str, Any]] = {}
     ends: dict[str, Start] = {}
-    for guess in GUESSES:
+    for guess in reference.guesses:
         answers[guess], solution = by_engine(variant, guess, Settings(seconds=SECONDS))
         if solution is not None:
             name = f"engine, {guess}"

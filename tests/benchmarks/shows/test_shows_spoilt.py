@@ -25,7 +25,7 @@ def test_limits_are_wider_by_a_part_of_the_larger_one_but_for_equations() -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("index", [5, 6, 7, 8, 9], ids=spoilt.WAYS)
+@pytest.mark.parametrize("index", [5, 6, 7, 18, 24], ids=spoilt.WAYS)
 def test_each_way_of_spoiling_is_refused_by_the_check_that_should(
     index: int, tmp_path: Path
 ) -> None:
