@@ -66,13 +66,13 @@ if TYPE_CHECKING:
     from ocp.analysis.family import Family, Member, family
     from ocp.analysis.homotopy import Homotopy, homotopy
     from ocp.analysis.lexicographic import Lexicographic, PriorityLevel, solve_lexicographic
-    from ocp.analysis.multistart import Audit, audit
     from ocp.analysis.optima import Optimum, Trial
     from ocp.analysis.parametric import Prepared, prepare
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
     from ocp.analysis.rescue import rescued
     from ocp.analysis.scaling_report import scaling_report
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
+    from ocp.analysis.starts.multistart import Audit, audit
     from ocp.mesh.coarsening import coarsened
     from ocp.refinement.policies.moving_mesh import MovingMesh
     from ocp.solution.storage import load, save
@@ -84,7 +84,7 @@ _LATER = {
     "analysis.family": ("Family", "Member", "family"),
     "analysis.homotopy": ("Homotopy", "homotopy"),
     "analysis.lexicographic": ("Lexicographic", "PriorityLevel", "solve_lexicographic"),
-    "analysis.multistart": ("Audit", "audit"),
+    "analysis.starts.multistart": ("Audit", "audit"),
     "analysis.optima": ("Optimum", "Trial"),
     "analysis.parametric": ("Prepared", "prepare"),
     "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),

@@ -49,7 +49,7 @@ def forked(monkeypatch):
                     raise Interrupted("'slow' was stopped")
         raise AssertionError
 
-    monkeypatch.setattr("ocp.analysis.rescue.solve", waiting)
+    monkeypatch.setattr("ocp.analysis.starts.start_answer.solve", waiting)
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
@@ -168,7 +168,7 @@ def test_a_budget_of_all_starts_leaves_the_late_ones_out():
 
 SCRIPT = """
 import multiprocessing, os, sys, time
-import ocp.analysis.rescue
+import ocp.analysis.starts.start_answer
 from ocp import Control, Phase, Problem, State, audit
 
 def endless(problem, **given):
@@ -176,7 +176,7 @@ def endless(problem, **given):
     time.sleep(60)
 
 multiprocessing.set_start_method("fork")
-ocp.analysis.rescue.solve = endless
+ocp.analysis.starts.start_answer.solve = endless
 x, u = State("x"), Control("u")
 phase = Phase("p", {x: u}, {x: 0}, {x: 1}, end=1.0)
 audit(Problem("least effort", phase, minimise=phase.integral(u**2)), starts=2, processes=2)

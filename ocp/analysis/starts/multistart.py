@@ -1,7 +1,7 @@
 """Many starts: which optima a problem has, as far as they find out.
 
 Every start is solved and verified on its own.  They run one after the other, or side by side in
-processes of their own (`ocp.analysis.worker_processes`).
+processes of their own (`ocp.analysis.starts.worker_processes`).
 """
 
 from __future__ import annotations
@@ -18,9 +18,13 @@ from typing import Any
 import numpy as np
 
 from ocp.analysis.optima import Optimum, Trial, distinct_optima, same_value
-from ocp.analysis.random_guess import random_trajectory
-from ocp.analysis.rescue import Guess, StartAnswer, answered
-from ocp.analysis.worker_processes import StartJob, leave_if_imported_again, solved_in_processes
+from ocp.analysis.starts.random_guess import random_trajectory
+from ocp.analysis.starts.start_answer import Guess, StartAnswer, answered
+from ocp.analysis.starts.worker_processes import (
+    StartJob,
+    leave_if_imported_again,
+    solved_in_processes,
+)
 from ocp.errors import Interrupted, OcpError, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Trajectory

@@ -24,7 +24,7 @@ from multiprocessing.process import BaseProcess
 from multiprocessing.queues import SimpleQueue
 from typing import Any, TypeVar
 
-from ocp.analysis.rescue import Guess, StartAnswer, answered
+from ocp.analysis.starts.start_answer import Guess, StartAnswer, answered
 from ocp.errors import OcpError, SolveFailed, StatementError
 from ocp.problem.problem import Problem
 from ocp.process_pool import ProcessPool

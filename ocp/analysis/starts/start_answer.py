@@ -1,0 +1,122 @@
+"""What comes of one start of several."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from ocp.analysis.rescue import rescued
+from ocp.errors import BudgetSpent, Interrupted, OcpError, Unverified
+from ocp.mesh.trajectory import Trajectory
+from ocp.nlp.interrupts import noted_interrupts
+from ocp.problem.problem import Problem
+from ocp.progress import Progress
+from ocp.settings import Settings
+from ocp.solution.solution import Solution
+from ocp.solve import solve
+
+Guess = Solution | Trajectory | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StartAnswer:
+    """What came of a start.
+
+    Attributes
+    ----------
+    solution : Solution or None
+    error : Exception or None
+        Why the solution does not count, or why there is none.
+    seconds : float
+        That it took [s].
+    stopped : bool
+        Whether the user asked to stop meanwhile.
+    """
+
+    solution: Solution | None
+    error: Exception | None
+    seconds: float
+    stopped: bool = False
+
+
+def answered(
+    start: Callable[[], tuple[Problem, Guess]],
+    settings: Settings,
+    bound: float | None,
+    seconds: float,
+    *,
+    failures: tuple[type[Exception], ...] = (OcpError,),
+    progress: Progress | None = None,
+    asked: Callable[[], bool] | None = None,
+) -> StartAnswer:
+    """Solve from a start; where it is stopped or its seconds are over, keep what it had reached.
+
+    Parameters
+    ----------
+    start : function
+        Gives the problem and its guess.
+    settings, bound, progress : optional
+        As of `ocp.solve`.
+    seconds : float
+        That are left for it, infinite for no budget but that of the settings [s].
+    failures : tuple of exception classes
+        Errors that end the start and nothing more.
+    asked : function, optional
+        Whether another process asks this one to stop; called with each line of progress.
+    """
+    begin = clock.perf_counter()
+    problem: Problem | None = None
+    solution: Solution | None = None
+    error: Exception | None = None
+    with noted_interrupts() as interrupts:
+
+        def told(line: str) -> None:
+            if progress:
+                progress(line)
+            if asked and asked():
+                interrupts.ask()
+
+        try:
+            problem, guess = start()
+            solution = solve(
+                problem,
+                settings=_within(settings, seconds),
+                guess=guess,
+                bound=bound,
+                progress=told if progress or asked else None,
+            )
+        except Unverified as unverified:
+            solution = unverified.iterate if isinstance(unverified.iterate, Solution) else None
+            error = unverified
+        except failures as failure:
+            error = failure
+
+    # what was cut short by a budget of all starts is worth as much as what was stopped
+    over = clock.perf_counter() - begin >= seconds
+    if problem is not None and (
+        isinstance(error, Interrupted) or (isinstance(error, BudgetSpent) and over)
+    ):
+        solution, error = _kept(problem, error, settings, progress)
+    return StartAnswer(solution, error, clock.perf_counter() - begin, interrupts.asked)
+
+
+def _within(settings: Settings, seconds: float) -> Settings:
+    """The settings of a solve that may take so long, and no longer than they say."""
+    own = math.inf if settings.seconds is None else settings.seconds
+    least = min(own, seconds)
+    return settings if math.isinf(least) else replace(settings, seconds=least)
+
+
+def _kept(
+    problem: Problem, stop: Interrupted | BudgetSpent, settings: Settings, told: Progress | None
+) -> tuple[Solution | None, Exception | None]:
+    """What a stopped start had reached, and why it does not count if it does not."""
+    try:
+        solution = rescued(problem, stop, settings=settings, progress=told)
+    except (Interrupted, KeyboardInterrupt):
+        return None, stop
+    if solution is None or not solution.verification.passed:
+        return solution, stop
+    return solution, None
