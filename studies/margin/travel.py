@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from models.truss import TrussParameters, rope_length, rope_speed
-from ocp.arrays import Array
+from ocp.arrays import Array, Integers
 from studies.common.result import Criterion, Series
 from studies.drive.motor import motor_speed, rope_force_at
 from studies.drive.schema import Drive
@@ -55,6 +55,10 @@ class CaseAlongTheTravel:
     needed: Mapping[str, Array]
     parts: Mapping[str, Array]
 
+    def by_margin(self, kind: str) -> Integers:
+        """Indices of the instants (m,), least margin first, or where the motor needs most."""
+        return np.argsort(self.margins.get(kind, -self.needed[kind]), kind="stable")
+
 
 @dataclass(frozen=True, eq=False)
 class Travel:
@@ -83,13 +87,7 @@ class Travel:
         case = max(self.cases, key=lambda one: float(one.needed[kind].max()))
         if self.available is not None:
             case = min(self.cases, key=lambda one: float(one.margins[kind].min()))
-        return case, _place(case, kind)
-
-
-def _place(case: CaseAlongTheTravel, kind: str) -> int:
-    if kind in case.margins:
-        return int(np.argmin(case.margins[kind]))
-    return int(np.argmax(case.needed[kind]))
+        return case, int(case.by_margin(kind)[0])
 
 
 def along(
@@ -191,7 +189,7 @@ def records(travel: Travel) -> list[dict[str, Any]]:
     for place, kind in enumerate(KINDS):
         governing, _ = travel.worst(kind)
         for case in travel.cases:
-            k = _place(case, kind)
+            k = int(case.by_margin(kind)[0])
             name, share = governing_contribution(case, kind, k)
             least = float(case.margins[kind][k]) if kind in case.margins else None
             lines.append(

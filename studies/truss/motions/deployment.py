@@ -303,9 +303,15 @@ def travel_of(deployment: Deployment) -> Travel | None:
     """The margins along the rows of the profile; None where none are asked for."""
     if deployment.margin is None:
         return None
-    rows = profile(deployment)
-    motion = (rows["angle"], rows["angular_speed"], rows["angular_acceleration"])
-    return along(deployment.margin, deployment.truss, deployment.drive, rows["time"], motion)
+    return travel_at(deployment, _profile_times(deployment, SAMPLES))
+
+
+def travel_at(deployment: Deployment, time: Array) -> Travel:
+    """The margins that are asked for, at times (m,) in [0, T]."""
+    assert deployment.margin is not None
+    motion = deployment.law.motion(time)
+    rows = (motion.angle, motion.speed, motion.acceleration)
+    return along(deployment.margin, deployment.truss, deployment.drive, time, rows)
 
 
 def columns_at(deployment: Deployment, time: Array) -> dict[str, Array]:

@@ -20,6 +20,7 @@ from studies.margin.resistance import MOST_ROWS, thinning_error
 from studies.margin.travel import along, criteria, records, sentences
 from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.limits.caps import Caps
+from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import travel_of
 from studies.truss.motions.laws import paper_laws
 from studies.truss.study import run
@@ -36,6 +37,15 @@ def travel(margin: MarginRequirements, drive: Drive | None = None, duration: flo
     motion = law.law.motion(time)
     found = along(margin, TRUSS, drive, time, (motion.angle, motion.speed, motion.acceleration))
     return found, law.at(time)[1]
+
+
+@pytest.mark.parametrize("duration", [5.0, 60.0, 140.0])
+def test_the_least_margin_is_looked_for_between_the_rows(duration: float) -> None:
+    for law in paper_laws(TRUSS, duration):
+        deployment = dataclasses.replace(law, margin=PLAIN)
+        needed = [line["motor_N"] for line in margins_of(deployment).details["margins"]]
+        # its extremes are located by other samples, and refined in another way
+        assert max(needed) == pytest.approx(deployment.values["peak-factored-force"], rel=1e-10)
 
 
 def test_contributions_add_up_to_the_force_of_the_model() -> None:
