@@ -116,8 +116,9 @@ def number_remark(steps: Iterable[NumberStep]) -> str:
     if nearest is None:
         return ""
     return (
-        f"{_where(nearest)}, which no derivative shows: the answer may be the best of its side "
-        "only; solve for each side alone, with limits that keep to it, and take the better"
+        f"{_where(nearest)}, which no derivative shows: the answer may be the best on its own side "
+        "of that value only; solve for each side alone, with limits that keep to it, and take the "
+        "better"
     )
 
 

@@ -36,7 +36,7 @@ def known_time_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             raise KeyboardInterrupt
         gain, sentence = math.inf, "the problem could not be solved on the other side"
         if result.outcome == "infeasible":
-            gain, sentence = 0.0, "as far as the solver can tell, nothing is feasible behind it"
+            gain, sentence = 0.0, "no motion was found that is feasible on the other side"
         if result.outcome == "solved":
             sense = iterate.problem.sense
             found = sense * result.objective * other.scales.objective
@@ -46,5 +46,6 @@ def known_time_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             f"the known time {time:.6g} s",
             gain,
             allowed.gain,
-            f"expressions step or bend there, and a phase begins or ends at it: {sentence}",
+            "a phase begins or ends at this time, at which an expression steps or bends, and "
+            f"multipliers tell of one side of it only: {sentence}",
         )

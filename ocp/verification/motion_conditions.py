@@ -52,8 +52,8 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         "worth of the excess",
         worth_of_excess(iterate, between_points.excess),
         allowed.objective,
-        "the motion exceeds its path constraints, bounds and peaks between the points by what is "
-        "worth this part of the objective, to first order",
+        "the excess of path constraints, bounds and peaks between the points, times their "
+        "multipliers: what it gains of the objective, to first order",
     )
 
     unseen = narrow_features(between_points, allowed.replay)

@@ -53,8 +53,9 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
                 promised,
                 allowed.crossings,
                 "what moving one by 1 % of the phase promises to gain, relative to the objective, "
-                "by the Hamiltonian's means before and behind it: a breakpoint may hold it at a "
-                "wrong time, and another number of intervals tells",
+                "by the Hamiltonian's means before and behind it: if it is more than allowed, a "
+                "breakpoint may hold the crossing at a wrong time; solve again with another number "
+                "of intervals, and compare",
             )
 
     # other schemes have multipliers that meet the principle on any mesh, see `finer_mesh`
@@ -63,7 +64,8 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             "finer controls",
             promised_gain(iterate, evidence.evaluator, strongest),
             allowed.gain,
-            "what they promise to gain, to first order, relative to the objective",
+            "what they promise to gain, and what limits cost that were moved inwards to hold "
+            "between the points, to first order, relative to the objective",
         )
     others = list(other_controls(iterate, evidence.evaluator))
     yield Condition(
@@ -86,8 +88,8 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
         principle.share_judged_by_means(allowed.within, allowed.strict),
         allowed.changes,
         f"{count} of {principle.changes.size} intervals hold a change of the active set or are "
-        "next to one; those that miss the strict limits take this part of the duration and are "
-        "judged by means",
+        "next to one; those that miss the strict limits take this part of the duration, and only "
+        "their means over time are tested",
     )
 
     # the Hamiltonian is constant only where time does not enter
@@ -156,7 +158,7 @@ def _undetermined_jumps(iterate: Iterate, index: int) -> str:
         return ""
     return (
         f"; a control jumps on a breakpoint that does not move ({', '.join(times)}), where the "
-        "multipliers need not be unique: another number of intervals tells"
+        "multipliers need not be unique: solve again with another number of intervals, and compare"
     )
 
 

@@ -52,7 +52,8 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
         "worth of the residuals",
         _worth_of_residuals(iterate, multipliers),
         allowed.objective,
-        "what all rows and bounds are off by is worth this part of the objective, to first order",
+        "what all rows and bounds are off by, times their multipliers: what that changes of the "
+        "objective, to first order",
     )
     yield Condition(
         "stationarity",
@@ -184,5 +185,9 @@ def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
         elif stationary.kind == "inflection" and all(
             math.isnan(tried.objective) for tried in rounds
         ):
-            gain, sentence = np.inf, "slope and curvature vanish, and no run from beside it ended"
+            gain = np.inf
+            sentence = (
+                "slope and curvature vanish, so that this may be no minimum, and no run of the "
+                "solver from beside it came to an end"
+            )
     return Condition("curvature", gain, allowed.gain, sentence)

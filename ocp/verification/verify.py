@@ -250,8 +250,8 @@ def _reasons(
     yield _over(
         worth,
         _WORTH,
-        "what limits are exceeded by is worth {} of the objective: state the limit that matters as "
-        "a Bound with scale=, the size of what may not be exceeded",
+        "what limits are exceeded by between the points gains {} of the objective: state the limit "
+        "that matters as a Bound with scale=, the size of what may not be exceeded",
     )
     yield _over(
         abs(numbers.replayed_objective - numbers.objective) / size,
@@ -262,15 +262,15 @@ def _reasons(
     yield _over(
         of_kinks,
         _SLACK * accuracy.replay,
-        "the costs are too small between the points of the mesh by {} of the objective: what "
-        "stands for a modulus, a largest value or the size of a vector there is below it; allow "
-        "more intervals, and for a vector state the scale= of its controls",
+        "the costs are too small between the points of the mesh by {} of the objective: the "
+        "control that stands for a modulus, a largest value or the size of a vector is below it "
+        "there; allow more intervals, and for a vector state the scale= of its controls",
     )
 
     # a bound that could not be had is none to exceed
     for margin in numbers.margins:
         where = f"'{margin.name}' in phase '{margin.phase}'"
-        words = f"by its bound {where} may be exceeded by {{}} of its size"
+        words = f"{where} may be exceeded by {{}} of its size, by a proven bound of it"
         yield _over(margin.rigorous or 0.0, _SLACK * accuracy.path, words)
 
     for name, excess in boundary.items():

@@ -123,9 +123,10 @@ def test_breakpoints_on_both_sides_of_a_feature():
 
 
 @pytest.mark.parametrize(
-    ("end", "remedy"), [(2.0, "state breakpoints there"), (Between(1, 3), "split the phase there")]
+    ("end", "remedy"),
+    [(2.0, "state breakpoints there"), (Between(1, 3), "state breakpoints there if its time is")],
 )
-def test_breakpoints_are_advised_where_they_can_be_stated(end, remedy):
+def test_breakpoints_are_advised_for_a_time_that_is_known(end, remedy):
     x = State("x", "m")
     u = Control("u", "m/s")
     phase = Phase("run", {x: u}, {x: 0}, {x: 1}, end=end)

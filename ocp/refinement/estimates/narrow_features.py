@@ -123,11 +123,11 @@ def feature_remark(features: Sequence[NarrowFeature], problem: Problem) -> str:
     if not features:
         return ""
     worst = max(features, key=lambda feature: feature.size)
-    # breakpoints can be stated where the times of a phase are given only
+    # with a free time of the phase, what is narrow may move with it
     fixed = problem.phases[worst.phase].has_fixed_times
-    remedy = (
-        "state breakpoints there" if fixed else "split the phase there, or begin on more intervals"
-    )
+    remedy = "state breakpoints there"
+    if not fixed:
+        remedy += " if its time is known, or begin on more intervals"
     return (
         f"{worst.name} in phase '{worst.where}' changes near {worst.time:.6g} s between the points "
         f"of the mesh, by {worst.size:.2g} of {worst.of} in all: {remedy}"
