@@ -74,7 +74,8 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
         allowed.gain,
         others_remark(others, iterate)
         or "what controls far from these promise to gain, to first order, relative to the "
-        "objective; each was tried over its whole range, where no limit of states alone acts",
+        "objective; each was tried over its whole range, but not where a limit of states alone "
+        "acts, nor where all is linear or convex in the controls, so that neighbours tell",
     )
 
 

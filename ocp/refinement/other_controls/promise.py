@@ -173,8 +173,8 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     return (
         f"other controls promise to gain {gain:.2g} of the objective, such as {changed} at "
         f"{most.times[k]:.4g} s; state these controls as a guess, or leave out the guess that was "
-        "stated; if the next answer promises as much again, ever faster switches gain, and there "
-        "is no best motion: limit how fast the control changes"
+        "stated; if the next answer promises as much again, ever faster switches gain "
+        "(chattering), and there is no best motion: limit how fast the control changes"
     )
 
 
