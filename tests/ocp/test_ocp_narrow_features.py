@@ -22,7 +22,7 @@ from ocp import (
     joined,
     solve,
 )
-from ocp.mesh.mesh import Mesh, uniform
+from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
 from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_remark, mesh_that_sees
 
 _WIDTH = 1e-4  # of a motion of one second
@@ -66,6 +66,18 @@ def test_a_fixed_mesh_that_misses_a_gust_is_told_and_not_certified():
     assert [check.name for check in failed] == ["narrow features"]
     # of the size of the speed, which is about 2 m/s
     assert failed[0].value == pytest.approx(0.25, rel=0.1)
+
+
+@pytest.mark.parametrize("adapts", [False, True])
+def test_a_long_interval_beside_many_short_ones_hides_no_gust(adapts):
+    """A mesh of more intervals than there are samples: 12.0 was certified for 11.449."""
+    points = np.concatenate([np.linspace(0, 0.9, 20), np.linspace(0.9, 1, 601)[1:]])
+    mesh = Mesh((PhaseMesh(points, np.full(points.size - 1, 4)),))
+    settings = Settings() if adapts else Settings(refinement=FixedMesh())
+    found = solve(carried((0.4321, 0.5)), mesh=mesh, settings=settings)
+    right = found.objective == pytest.approx(least_effort((0.4321, 0.5)), rel=1e-6)
+    assert right == adapts
+    assert certify(found).passed == adapts
 
 
 def test_a_narrow_price_counts():

@@ -16,7 +16,8 @@ _SAMPLES = 4000
 OF_PANEL = 4
 _OPERATIONS = 1e7
 
-# Panels of an interval, at least: a mesh that is as fine as the samples has seen all that they see
+# Panels of an interval, at least. Where none is as long as that, a mesh is as fine as the samples,
+# and has seen all that they see.
 _LEAST = 2
 
 # Part of what is off in an interval that lies outside of the feature, at most, on each side
@@ -24,7 +25,7 @@ _OUTSIDE = 0.01
 
 
 def panels_of_phase(motions: tuple[PhaseTrajectory, ...], operations: int) -> int:
-    """How many panels a phase may have, or 0 where so few would tell nothing.
+    """About how many panels a phase may have, or 0 where so few would tell nothing.
 
     Parameters
     ----------
@@ -35,8 +36,8 @@ def panels_of_phase(motions: tuple[PhaseTrajectory, ...], operations: int) -> in
     """
     samples = min(_SAMPLES, _OPERATIONS / max(1, operations))
     panels = int(samples // (OF_PANEL * len(motions)))
-    enough = panels >= _LEAST * max(motion.intervals for motion in motions)
-    return panels if enough else 0
+    longest = max(float(np.diff(motion.fractions).max()) for motion in motions)
+    return panels if longest * panels >= _LEAST else 0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
