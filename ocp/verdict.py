@@ -40,8 +40,11 @@ def verdict_on(
 
 def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
     """What the answer is the best of."""
-    starts = max(entry.starts for entry in refinement.rounds)
-    verdict = f"local: best of {starts} start{'s' if starts > 1 else ''}"
+    entry = max(refinement.rounds, key=lambda entry: entry.starts)
+    answers = max(entry.starts - entry.lost, 1)
+    verdict = f"local: best of {answers} start{'s' if answers > 1 else ''}"
+    if answers < entry.starts:
+        verdict += f" ({entry.starts - answers} more failed)"
     if bound is None:
         return verdict
 

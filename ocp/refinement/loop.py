@@ -264,7 +264,7 @@ def _after_solved(
     program, result = found.program, found.result
     last = meshes.examined(program, result, tight=not planned.rough, finer=planned.finer)
     solved.append(last)
-    rounds.append(record_of(program.mesh, result, last, found.starts))
+    rounds.append(record_of(program.mesh, result, last, found.starts, found.lost))
     log.info("mesh iteration %d: %s", len(rounds), rounds[-1])
 
     following = planned.policy.next_mesh(solved, accuracy)

@@ -43,6 +43,8 @@ class MeshIteration:
         Runs of the solver that it took.
     starts : int
         From which the solver ran, and the best of whose answers this is.
+    lost : int
+        Those of them that led to no answer.
     """
 
     intervals: int
@@ -58,6 +60,7 @@ class MeshIteration:
     solver: str = "ipopt"
     attempts: int = 1
     starts: int = 1
+    lost: int = 0
 
     def __repr__(self) -> str:
         return (
@@ -69,7 +72,7 @@ class MeshIteration:
 
 
 def record_of(
-    mesh: Mesh, result: NlpResult, solved: SolvedMesh | None, starts: int = 1
+    mesh: Mesh, result: NlpResult, solved: SolvedMesh | None, starts: int = 1, lost: int = 0
 ) -> MeshIteration:
     """The record of a mesh iteration; `solved` is None where the solver failed."""
     errors = solved.errors if solved else None
@@ -87,6 +90,7 @@ def record_of(
         solver=result.solver,
         attempts=result.attempts,
         starts=starts,
+        lost=lost,
     )
 
 

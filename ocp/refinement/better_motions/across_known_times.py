@@ -123,9 +123,9 @@ def across_known_times(
                 seconds=spent.seconds + result.seconds,
             )
             if result.outcome == "interrupted":
-                return MeshAnswer(program, spent, answer.starts)
+                return replace(answer, program=program, result=spent)
             if _is_better(result, best.result, drops=drops):
-                better = MeshAnswer(program, result, answer.starts)
+                better = replace(answer, program=program, result=result)
                 break
         if better is None:
             break

@@ -84,7 +84,7 @@ def first_answer(first_round: MeshRound, program: Transcription, result: NlpResu
 
         side = best_side(first_round, program, result)
         found = _from_here(first_round, side.program, side.result)
-        return replace(found, starts=found.starts + side.starts - 1)
+        return _counted_with(side, found)
     return _from_here(first_round, program, result)
 
 
@@ -104,13 +104,21 @@ def _from_here(first_round: MeshRound, program: Transcription, result: NlpResult
             program, result = _in_its_sizes(first_round, program, result)
         if not hopeful and result.outcome != "solved":
             return MeshAnswer(program, result)
-    found = MeshAnswer(program, result)
+    found = MeshAnswer(program, result, lost=int(result.outcome != "solved"))
     if _may_be_far(first_round.meshes, result):
         found = _best_of_several(first_round, program, result)
     if found.result.outcome in ("solved", "interrupted", "unbounded"):
         return found
     sought = _sought(first_round, program, found.result)
-    return replace(sought, starts=sought.starts + found.starts - 1)
+    return _counted_with(found, sought)
+
+
+def _counted_with(before: MeshAnswer, found: MeshAnswer) -> MeshAnswer:
+    """An answer that counts the starts before, too; the one that it went on from stands in both."""
+    twice = int(before.result.outcome != "solved")
+    return replace(
+        found, starts=before.starts + found.starts - 1, lost=before.lost + found.lost - twice
+    )
 
 
 def _with_values(first_round: MeshRound, program: Transcription, failed: NlpResult) -> MeshAnswer:
@@ -239,7 +247,7 @@ def _from_other_starts(
 
     best = min(answers, key=lambda answer: answer.objective, default=failed.result)
     result = replace(best, iterations=last.iterations, seconds=last.seconds)
-    return MeshAnswer(program, result, starts), off
+    return MeshAnswer(program, result, starts, starts - len(answers)), off
 
 
 def _attempts(

@@ -45,7 +45,8 @@ def best_side(first_round: MeshRound, program: Transcription, first: NlpResult) 
     first : NlpResult
         What came of it. The answer counts what all took.
     """
-    best, last, starts, meshes = MeshAnswer(program, first), first, 1, first_round.meshes
+    best, last, meshes = MeshAnswer(program, first), first, first_round.meshes
+    starts, lost = 1, int(first.outcome != "solved")
     before, budget = iterations_of(first_round.before), meshes.budget
     for other, point in _others(meshes, program):
         late = budget.elapsed >= _SHARE * budget.seconds
@@ -54,14 +55,15 @@ def best_side(first_round: MeshRound, program: Transcription, first: NlpResult) 
             break
         for result in first_round.runs(other, [(first_round.solver, point)], last, _PATIENCE):
             last, starts = result, starts + 1
+            lost += result.outcome != "solved"
             if result.outcome == "interrupted":
-                return MeshAnswer(other, result, starts)
+                return MeshAnswer(other, result, starts, lost)
             if result.outcome == "solved" and _beats(result, best.result):
                 best = MeshAnswer(other, result)
     result = best.result
     if last is not first:
         result = _counted(best.result, last)
-    return MeshAnswer(best.program, result, starts)
+    return MeshAnswer(best.program, result, starts, lost)
 
 
 def _beats(found: NlpResult, best: NlpResult) -> bool:

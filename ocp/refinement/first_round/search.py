@@ -120,12 +120,14 @@ def best_of_several(first_round: MeshRound, program: Transcription, first: NlpRe
         return MeshAnswer(search.program, last, starts)
     if not (search.answers or coarse):
         failed = replace(first, iterations=last.iterations, seconds=last.seconds)
-        return MeshAnswer(program, failed, starts)
+        return MeshAnswer(program, failed, starts, starts)
+    lost = starts - len(search.answers) - len(coarse)
     best, last = _compared(first_round, (search.answers, coarse), last)
     if last.outcome == "interrupted":
-        return MeshAnswer(best.program, replace(best.result, outcome="interrupted"), starts)
+        interrupted = replace(best.result, outcome="interrupted")
+        return MeshAnswer(best.program, interrupted, starts, lost)
     result = replace(best.result, iterations=last.iterations, seconds=last.seconds)
-    return MeshAnswer(best.program, result, starts)
+    return MeshAnswer(best.program, result, starts, lost)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

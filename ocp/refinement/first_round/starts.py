@@ -107,11 +107,14 @@ class MeshAnswer:
         The best answer, or what failed; it counts what all starts took.
     starts : int
         From which the solver ran, the first one among them.
+    lost : int
+        Those of them that led to no answer.
     """
 
     program: Transcription
     result: NlpResult
     starts: int = 1
+    lost: int = 0
 
 
 def _usual_patience(answers: Sequence[NlpResult], *, confirms: bool) -> float:

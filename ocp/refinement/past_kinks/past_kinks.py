@@ -148,7 +148,7 @@ def past_kinks(
         log.info("kinks rounded by %g of their sizes led to: %s", width, found.result.status)
         agrees = found.result.outcome == "solved" and _agrees(meshes, found, motion)
         if agrees or found.result.outcome == "interrupted":
-            return replace(found, starts=tally.starts + 1)
+            return replace(found, starts=tally.starts + 1, lost=tally.starts)
         tally.go_on_from(found.result)
     return MeshAnswer(program, tally.failed, tally.starts)
 
