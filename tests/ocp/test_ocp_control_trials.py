@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from ocp import Control, Phase, Problem, State, certify, solve
@@ -40,3 +42,24 @@ def test_a_valley_narrower_than_the_steps_between_what_is_tried_is_found() -> No
     assert found.objective == pytest.approx(0.1, rel=1e-3)
     assert "u = -1 instead of 0.99" in found.verdict
     assert check.value == pytest.approx(2.0, rel=1e-2)
+
+
+@pytest.mark.parametrize("limit", [math.inf, 30.0, 1e3, 1e6])
+def test_limits_far_wider_than_the_motion_hide_no_valley(limit: float) -> None:
+    """Valleys at 1 and, deeper by 0.6, at -1: 33 values between the limits may miss both."""
+    place, control = State("x"), Control("u", lower=-limit, upper=limit)
+    go = Phase("go", {place: control}, {place: 0}, end=1.0, guess={control: 1.0})
+    cost = (control**2 - 1) ** 2 + 0.3 * control + 1e-3 * place
+    found, check = solved(Problem("wide", go, minimise=go.integral(cost)))
+    assert found.objective == pytest.approx(0.294, abs=1e-2)
+    assert "u = -1.0" in found.verdict
+    assert check.value > 1.0
+
+
+@pytest.mark.parametrize("limit", [math.inf, 1e3, 1e6])
+def test_wide_limits_do_not_refuse_the_deeper_valley(limit: float) -> None:
+    place, control = State("x"), Control("u", lower=-limit, upper=limit)
+    go = Phase("go", {place: control}, {place: 0}, end=1.0, guess={control: -1.0})
+    cost = (control**2 - 1) ** 2 + 0.3 * control + 1e-3 * place
+    _, check = solved(Problem("wide", go, minimise=go.integral(cost)))
+    assert check.passed

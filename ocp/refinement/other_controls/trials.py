@@ -28,6 +28,15 @@ _TOGETHER = 64
 # and of each control where there is no other valley to be found
 _ONE_VALLEY = 9
 
+# Part of the motion's own values that a step between those of a range may be. Where it is more,
+# ranges around the motion follow, with so many of the former steps on each side: each is about an
+# eighth of the one before. The most of them, and the part of its range that counts as the value of
+# a control of zero.
+_FINE = 0.5
+_AROUND = 2.0
+_MOST_RANGES = 8
+_OF_ZERO = 1e-3
+
 # Times that the bracket of a valley is narrowed, by the golden section: to a hundredth of a step
 _SECTIONS = 10
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -59,6 +68,8 @@ class ControlTrials:
         Lower and upper limit of each control.
     ranges : (n_u, 2)
         First and last value of each control that is tried.
+    closer : sequence of sequence of (first, last)
+        For each control, further ranges around the motion's own values.
     turns : sequence of sequence of float
         For each control, possible periods of the rates, such as a whole turn of an angle.
     one_valley : bool
@@ -74,6 +85,7 @@ class ControlTrials:
     shared: ControlLimits | None
     limits: Array
     ranges: Array
+    closer: Sequence[Sequence[tuple[float, float]]]
     turns: Sequence[Sequence[float]]
     one_valley: bool
 
@@ -102,6 +114,8 @@ class ControlTrials:
         limits = np.array([iterate.parameters.signal_limits[signal.name] for signal in tried])
         sizes = np.array([iterate.scales.signals[signal.name] for signal in tried])
         rates = list(iterate.problem.phases[index].dynamics.values())
+        own = motion[:, dependence.columns]
+        ranges = _ranges(limits, own, sizes)
         return cls(
             function=dependence.hamiltonian,
             motion=motion,
@@ -111,7 +125,10 @@ class ControlTrials:
             costates=costates,
             shared=ControlLimits.of(iterate, evaluator, index, motion, times),
             limits=limits,
-            ranges=_ranges(limits, motion[:, dependence.columns], sizes),
+            ranges=ranges,
+            closer=[
+                list(_closer_ranges(*of_one)) for of_one in zip(limits, ranges, own.T, strict=True)
+            ],
             turns=[list(possible_periods(rates, signal)) for signal in tried],
             one_valley=one_valley,
         )
@@ -150,15 +167,18 @@ class ControlTrials:
         """Values of control `j` over its range, and what is tried from there."""
         for turn in (sign * period for period in self.turns[j] for sign in (1.0, -1.0)):
             yield self._with_one(j, self.own[:, j] + turn, along=along)
-        first, last = self.ranges[j]
-        values, found = np.linspace(first, last, _ONE_VALLEY if self.one_valley else _ALONE), []
-        for value in values:
-            controls, hamiltonian = self._with_one(j, value, along=along)
-            found.append(hamiltonian)
-            yield controls, hamiltonian
+        whole = self.ranges[j]
         if self.one_valley:
+            for value in np.linspace(whole[0], whole[1], _ONE_VALLEY):
+                yield self._with_one(j, value, along=along)
             return
-        yield from self._to_the_bottom(j, values, np.array(found), along=along)
+        for first, last in (whole, *self.closer[j]):
+            values, found = np.linspace(first, last, _ALONE), []
+            for value in values:
+                controls, hamiltonian = self._with_one(j, value, along=along)
+                found.append(hamiltonian)
+                yield controls, hamiltonian
+            yield from self._to_the_bottom(j, values, np.array(found), along=along)
 
     def _to_the_bottom(
         self, j: int, values: Array, found: Array, *, along: bool
@@ -236,3 +256,36 @@ def _ranges(limits: Array, own: Array, sizes: Array) -> Array:
     reach = np.maximum.reduce([high - low, sizes, np.abs(low), np.abs(high)])
     unbounded = np.column_stack([low - reach, high + reach])
     return np.where(np.isfinite(limits), limits, unbounded)
+
+
+def _closer_ranges(limits: Array, whole: Array, own: Array) -> Iterator[tuple[float, float]]:
+    """Further ranges of one control, where those between its limits tell little.
+
+    Without a limit the other sign of the motion's values may lie beyond the range. And wide limits,
+    such as a million for a control of one, leave steps between the values that hide all valleys.
+
+    Parameters
+    ----------
+    limits, whole : (2,)
+        Of the control, and the first and last value of its range.
+    own : (m,)
+        Its values on the motion.
+    """
+    low, high = float(own.min()), float(own.max())
+    first, last = (float(end) for end in whole)
+    middle, spread = 0.5 * (low + high), high - low
+    typical = max(spread, abs(low), abs(high))
+    if not np.isfinite(limits).all() and typical > 0.0:
+        reach = 2.0 * typical
+        yield (
+            float(np.clip(min(low, -high) - reach, *limits)),
+            float(np.clip(max(high, -low) + reach, *limits)),
+        )
+    typical = typical or _OF_ZERO * (last - first)
+    for _ in range(_MOST_RANGES):
+        step = (last - first) / (_ALONE - 1)
+        if not step > _FINE * typical:
+            return
+        half = 0.5 * spread + _AROUND * step
+        first, last = (float(end) for end in np.clip([middle - half, middle + half], *limits))
+        yield first, last
