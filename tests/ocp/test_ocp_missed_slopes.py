@@ -200,6 +200,19 @@ def test_a_zero_that_is_kept_there_hides_nothing():
     assert failed(found) == []
 
 
+@pytest.mark.parametrize("mass", [1.0, Constant("mass", "kg", value=1.0)])
+def test_a_drag_beside_a_gust_does_not_hide_it(mass):
+    # |v| v has a slope that steps with v, in the same rate as the gust
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    sail = Control("sail", "1", lower=-1, upper=1)
+    rate = (mass * u + sail * gust(0.1, 3e-4) - 1e-9 * ca.fabs(v.symbol) * v) / mass
+    phase = Phase("move", {x: v, v: rate}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    cost = phase.integral(u**2 / 2 + 1e-3 * sail**2)
+    found = solve(Problem("drag", phase, minimise=cost))
+    assert found.objective == pytest.approx(effort(1.0, 0.1), abs=5e-3)
+    assert certify(found).passed
+
+
 def test_a_family_along_which_the_gust_moves():
     at, w = Constant("at", "s", value=0.3), Unknown("w", "m/s", lower=-10, upper=10)
     problem = move(w * gust(at, 5e-4), beyond=5e-2 * w**2)

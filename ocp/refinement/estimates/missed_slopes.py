@@ -10,8 +10,8 @@ by the control. The same holds for a state, whose costate misses the slope, for 
 not where its slope vanishes, and for a constant, whose sensitivity is the integral of the slope. So
 the slopes by all of them are integrated densely, and held against their integrals by the scheme.
 
-A kink has a slope that steps. Where a signal rests on it, that is noise. So an expression whose
-slopes step as signals change is left out.
+A kink has a slope that steps. Where a signal rests on it, that is noise. So terms whose slopes step
+as signals change are left out.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
+from ocp.numerics.expression_graph import summands
 from ocp.numerics.piecewise_polynomial import Lagrange
 from ocp.numerics.stepwise_operations import stepwise_operations
 from ocp.optimality.active_set import ACTING, strongly_active
@@ -46,6 +47,10 @@ _NOISE = 1e-8
 
 # Intervals that a mesh gets where it misses a slope. Nothing else may ask for finer ones there.
 _PARTS = 4
+
+# Terms into which an expression is taken apart if its slopes step, and operations of all together
+_MOST_TERMS = 64
+_NODES = 100_000
 
 # Operations of a gradient per operation of what it is of, about
 _GRADIENT = 4
@@ -319,8 +324,7 @@ def _gradient_of(
         smooth, every = ca.SX(0), ca.SX(0)
         for row, weight in zip(rows, ca.vertsplit(weights), strict=True):
             every += weight * row.expression
-            if not _steps(row.expression, by, along):
-                smooth += weight * row.expression
+            smooth += weight * _smooth_part(row.expression, by, along)
         slopes = ca.vertcat(ca.gradient(smooth, by), ca.gradient(every, fixed))
         numbers = [s.symbol for s in (*problem.unknowns, *problem.constants)]
         inputs = [
@@ -334,6 +338,17 @@ def _gradient_of(
 
     names = tuple(signal.name for signal in signals)
     return evaluator.once(("missed slopes", index, names), made)
+
+
+def _smooth_part(expression: ca.SX, by: ca.SX, along: ca.SX) -> ca.SX:
+    """An expression without the terms whose slopes step, such as the friction beside a gust."""
+    if not _steps(expression, by, along):
+        return expression
+    most = int(min(_MOST_TERMS, _NODES // max(1, ca.n_nodes(expression))))
+    terms = summands(expression, most)
+    if len(terms) < 2:
+        return ca.SX(0)
+    return ca.sum1(ca.vertcat(*[term for term in terms if not _steps(term, by, along)], 0))
 
 
 def _steps(expression: ca.SX, by: ca.SX, along: ca.SX) -> bool:
