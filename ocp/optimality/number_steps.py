@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.trajectory import Evaluator
+from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
 from ocp.numerics.columnwise import columnwise
 from ocp.numerics.step_search import SteppingExpressions
 from ocp.optimality.iterate import Iterate
@@ -290,10 +290,20 @@ def _of_a_phase(
     if not moved:
         return
     motion = iterate.trajectory.phase(phase)
-    times = motion.start + (np.arange(_INSTANTS) + 0.5) / _INSTANTS * (motion.end - motion.start)
+    times = _instants(motion, iterate.problem.instants[phase])
     symbols = lines.stepping.symbols
     for own in evaluator.values(iterate.trajectory, phase, symbols, *motion.locate(times)):
         yield from lines.along(own, moved, alone=signals is None)
+
+
+def _instants(motion: PhaseTrajectory, known: Sequence[float]) -> Array:
+    """Instants of a phase, and one between any two known times: what steps there may be short."""
+    equal = motion.start + (np.arange(_INSTANTS) + 0.5) / _INSTANTS * (motion.end - motion.start)
+    inside = [time for time in known if motion.start < time < motion.end]
+    if not inside:
+        return np.asarray(equal)
+    ends = np.array([motion.start, *inside, motion.end])
+    return np.sort(np.concatenate([equal, 0.5 * (ends[1:] + ends[:-1])]))
 
 
 def _limits(iterate: Iterate, symbol: Symbol, at: Functional | None = None) -> Interval:

@@ -4,6 +4,7 @@ import casadi as ca
 import pytest
 
 from ocp import (
+    TIME,
     Between,
     Bound,
     Control,
@@ -56,6 +57,11 @@ def far_off():
     return Problem("p", phase, minimise=phase.integral(u**2) / 2 + bonus)
 
 
+def for_a_short_time(p):
+    """A push that a parameter turns on, for a twentieth of the phase."""
+    return ca.if_else(p.symbol > 1.5, 10, 0) * ca.if_else(TIME.symbol < 0.05, 1, 0)
+
+
 def in_a_bound():
     phase = move()
     end = phase.at_end(x)
@@ -71,6 +77,7 @@ STEPS = {
     "far off": (far_off(), r"the objective steps at x at the end of move = 1.6 \(now 0.2\)"),
     "bound": (in_a_bound(), "the bound 'allowed' steps at x at the end of move = 0.5"),
     "parameter": (of_a_parameter(ca.sign), "the rate of 'x' steps at p = 0"),
+    "a short time": (of_a_parameter(for_a_short_time), "the rate of 'x' steps at p = 1.5"),
     "its quotient": (of_a_parameter(lambda p: p / ca.fabs(p)), r"p = 0 \(now 0.5\)"),
 }
 
