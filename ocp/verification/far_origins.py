@@ -3,8 +3,9 @@
 Tolerances are relative to sizes. Of such a state they may not see the whole displacement: a motion
 that stays where it is meets them. So what the dynamics and limits are off by is held against the
 displacement, where the statement tells it: from an initial or final value to another number that is
-stated. The motion may go further than that, as a joint that swings out and comes back does. Its
-displacement is then as long as its range.
+stated, in a phase or, where it goes through several phases, in one of these. A bound on how far two
+end values are apart counts, too, and so does what links are off by. The motion may go further than
+that, as a joint that swings out and comes back does. Its displacement is then as long as its range.
 """
 
 from __future__ import annotations
@@ -12,14 +13,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
 from ocp.numerics.schemes import Gauss
 from ocp.optimality.iterate import Iterate
 from ocp.problem.display import with_unit
+from ocp.problem.functionals import BoundaryValue
 from ocp.problem.parameters import Parameters
-from ocp.problem.symbols import State
+from ocp.problem.symbols import State, resolve
 
 # Part of a value that the displacement from it is, at most, for its origin to count as far
 _FAR = 1e-3
@@ -74,47 +77,122 @@ class FarOrigin:
 
 def far_origins(iterate: Iterate, evaluator: Evaluator) -> Iterator[FarOrigin]:
     """The states of a motion whose displacement is a small part of their value."""
+    differences = {
+        state: list(_differences(iterate, evaluator, state))
+        for state in {s: None for phase in iterate.problem.phases for s in phase.dynamics}
+    }
     for phase, motion in zip(iterate.problem.phases, iterate.trajectory.phases, strict=True):
         displacements = {
-            state: (state.name, found)
+            state: (state.name, found, duration)
             for state in phase.dynamics
-            if (found := _displacement(motion, state, iterate.parameters)) is not None
+            for found, duration in _displacement(iterate, motion, state, differences[state])
         }
         if not displacements:
             continue
 
         # a state that is the rate of one has a size by it, and a displacement as well
         rates = {state: rate for state, rate in phase.dynamics.items() if rate.is_symbolic()}
-        duration = max(motion.end - motion.start, np.finfo(float).tiny)
         for state in list(displacements):
             for other in phase.dynamics:
                 if state in rates and rates[state].element_hash() == other.symbol.element_hash():
-                    origin, least = displacements[state]
-                    displacements.setdefault(other, (origin, 2.0 * least / duration))
+                    origin, least, duration = displacements[state]
+                    displacements.setdefault(other, (origin, 2.0 * least / duration, duration))
 
         off = _off(iterate, evaluator, motion, list(displacements))
-        for (state, (origin, least)), (missed, rounding) in zip(
+        for (state, (origin, least, _)), (lost, rounding) in zip(
             displacements.items(), off, strict=True
         ):
+            missed = lost + max((each.beyond for each in differences[state]), default=0.0)
             part = max(missed - min(rounding, _MOST_ROUNDING * least), 0.0) / least
             yield FarOrigin(phase.name, state.name, state.unit, origin, least, part)
 
 
-def _displacement(motion: PhaseTrajectory, state: State, parameters: Parameters) -> float | None:
-    """That of a state from a stated end value, if it is a small part of that value."""
+@dataclass(frozen=True)
+class _Difference:
+    """A bound or link of the problem that is a difference of end values of one state.
+
+    Attributes
+    ----------
+    distances : tuple of float
+        Its limits that are no zero, as distances of the state [its unit].
+    beyond : float
+        By which the motion exceeds it [unit of the state].
+    """
+
+    distances: tuple[float, ...]
+    beyond: float
+
+
+def _differences(iterate: Iterate, evaluator: Evaluator, state: State) -> Iterator[_Difference]:
+    """Those of a state."""
+    for bound in iterate.problem.boundary_constraints:
+        values = resolve(bound.expression, "a bound")
+        if not values or not all(
+            isinstance(value, BoundaryValue) and ca.is_equal(value.expression, state.symbol)
+            for value in values
+        ):
+            continue
+        slopes = ca.jacobian(bound.expression, ca.vertcat(*[value.symbol for value in values]))
+        if not slopes.is_constant():
+            continue
+        slopes = np.array(ca.DM(slopes)).ravel()
+        largest = float(np.abs(slopes).max())
+        if not largest or abs(float(slopes.sum())) > _SAME * largest:
+            continue
+        value = evaluator.number(iterate.trajectory, bound.expression, {})
+        lower, upper = iterate.parameters.bound_limits["", bound.name]
+        distances = [abs(limit) for limit in (lower, upper) if limit and np.isfinite(limit)]
+        yield _Difference(
+            tuple(distance / largest for distance in distances),
+            max(value - upper, lower - value, 0.0) / largest,
+        )
+
+
+def _displacement(
+    iterate: Iterate, motion: PhaseTrajectory, state: State, differences: list[_Difference]
+) -> Iterator[tuple[float, float]]:
+    """That of a state from a stated end value, a small part of that value, and in what time.
+
+    It is that of the phase, or of all phases with the state, where the phase states one end only.
+    """
+    apart = [distance for each in differences for distance in each.distances]
+    every = [each for each in iterate.trajectory.phases if state.name in each.states]
+    for motions in ([motion], every):
+        found = _least_displacement(motions, state, iterate.parameters, apart)
+        if found is not None:
+            seconds = sum(each.end - each.start for each in motions)
+            yield found, max(seconds, float(np.finfo(float).tiny))
+            return
+
+
+def _least_displacement(
+    motions: list[PhaseTrajectory], state: State, parameters: Parameters, apart: list[float]
+) -> float | None:
+    """That of a state over some phases, or None where it is no small part of an end value.
+
+    Parameters
+    ----------
+    apart : list of float
+        Distances of its end values that bounds of the problem state.
+    """
     ends = [
         values[motion.name, state.name]
+        for motion in motions
         for values in (parameters.initial_values, parameters.final_values)
         if (motion.name, state.name) in values
     ]
-    k = np.repeat(np.arange(motion.intervals), len(_LOOKS))
-    seen = motion.local(k, np.tile(_LOOKS, motion.intervals))[:, motion.states.index(state.name)]
-    spread = float(np.ptp(seen))
+    seen = [
+        motion.local(
+            np.repeat(np.arange(motion.intervals), len(_LOOKS)), np.tile(_LOOKS, motion.intervals)
+        )[:, motion.states.index(state.name)]
+        for motion in motions
+    ]
+    spread = float(np.ptp(np.concatenate(seen)))
     numbers = [number for pair in (*ends, parameters.signal_limits[state.name]) for number in pair]
     found = []
     for lower, upper in ends:
-        apart = [abs(number - lower) for number in numbers if np.isfinite(number)]
-        stated = min((far for far in apart if far > _SAME * abs(lower)), default=np.inf)
+        far = [abs(number - lower) for number in numbers if np.isfinite(number)] + apart
+        stated = min((each for each in far if each > _SAME * abs(lower)), default=np.inf)
         if lower == upper and max(stated, spread) < _FAR * abs(lower):
             found.append(max(stated, spread))
     return min(found, default=None)

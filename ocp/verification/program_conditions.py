@@ -25,6 +25,7 @@ from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.settings import Settings
 from ocp.verification.conditions import Condition, Evidence
+from ocp.verification.far_origins import far_origins
 from ocp.verification.tolerances import Tolerances
 
 # Part of its terms that is left of a sum where they cancel, from rounding alone. Where two limits
@@ -77,6 +78,17 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
         allowed.complementary,
         "the largest product of an inequality's multiplier and the distance to its limit",
     )
+    # the size of the objective follows the origin, and its value the displacement
+    if any(far_origins(iterate, evidence.evaluator)):
+        value = max(abs(iterate.objective), _LEAST_SIZE)
+        yield Condition(
+            "complementarity beside a far origin",
+            float(products.max(initial=0.0)) * iterate.scales.objective / value,
+            allowed.objective,
+            "the same product as a part of the objective's value: a state moves by a small part of "
+            "its own value, and a limit that it keeps away from costs this part; measure it from a "
+            "nearer origin",
+        )
     # stationarity says nothing of what is shown unless it is the same
     yield Condition(
         "costates",

@@ -15,6 +15,7 @@ from ocp import (
     State,
     Unverified,
     certify,
+    joined,
     solve,
 )
 
@@ -114,3 +115,42 @@ def test_a_joint_that_is_held_has_no_way():
     found = solve(Problem("held", move, minimise=move.integral(u**2 / 2)))
     assert found.objective == pytest.approx(6.0, rel=1e-6)
     assert certify(found).passed
+
+
+def in_two_phases(origin):
+    """A metre from rest to rest, of which each phase states one end."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    rates = {x: v, v: u}
+    first = Phase("first", rates, {x: origin, v: 0}, end=0.5)
+    second = Phase("second", rates, final={x: origin + 1, v: 0}, start=0.5, end=1.0)
+    cost = first.integral(u**2 / 2) + second.integral(u**2 / 2)
+    return Problem("two", [first, second], minimise=cost, links=joined(first, second))
+
+
+def apart(origin):
+    """A metre at least, by a bound of the problem."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    move = Phase("move", {x: v, v: u}, {x: origin, v: 0}, {v: 0}, end=1.0)
+    bound = Bound("way", move.at_end(x) - move.at_start(x), "m", lower=1)
+    return Problem("apart", move, minimise=move.integral(u**2 / 2), bounds=[bound])
+
+
+def test_a_displacement_over_several_phases_counts():
+    found = solve(in_two_phases(1e8))
+    assert found.objective == pytest.approx(6.0, rel=1e-5)
+    assert certify(found).passed
+    with pytest.raises(Unverified, match="'x' in phase 'second' is off by") as told:
+        solve(in_two_phases(1e10))
+    # it stays where it is
+    assert told.value.iterate.objective == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_displacement_that_a_bound_states_counts():
+    found = solve(apart(0.0))
+    assert found.objective == pytest.approx(6.0, rel=1e-6)
+    assert certify(found).passed
+    # it moves further than it has to
+    found = solve(apart(1e9))
+    assert found.objective > 7.0
+    failed = [check.name for check in certify(found).checks if not check.passed]
+    assert failed == ["complementarity beside a far origin"]
