@@ -352,9 +352,10 @@ class _Walk:
             raise self.interrupted(meshes.parameters.values[self.constant.name], motion)
         if result.outcome != "solved":
             return None
-        motion = trajectory_of(program, result.x, meshes.parameters)
-        if ends_at_known_times(program, motion):
-            return None  # it may go on behind them, on another mesh
+        if program.mesh.keeps_sides:
+            motion = trajectory_of(program, result.x, meshes.parameters)
+            if ends_at_known_times(program, motion):
+                return None  # it may go on behind them, on another mesh
 
         iterations = result.iterations
         point = StartingPoint.at(result)
@@ -362,6 +363,7 @@ class _Walk:
         if not stationary.is_minimum:
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
             rounds = [record_of(program.mesh, result, None)]
+            motion = trajectory_of(program, result.x, meshes.parameters)
             iterate = iterate_of(program, result, motion)
             below = lower_motion(meshes, iterate, stationary, rounds)
             if below is not None:

@@ -181,6 +181,11 @@ class Mesh:
             object.__setattr__(self, "back_off", ({},) * len(self.phases))
         object.__setattr__(self, "intervals", sum(mesh.intervals for mesh in self.phases))
 
+    @property
+    def keeps_sides(self) -> bool:
+        """Whether a free end of a phase stays between two known times."""
+        return any(phase.between is not None for phase in self.phases)
+
     def frozen(self) -> Mesh:
         """The same mesh without movable breakpoints."""
         return replace(self, phases=tuple(phase.frozen() for phase in self.phases))

@@ -130,8 +130,8 @@ class MeshSolver:
             The program, and a point of it.
         """
         motion = trajectory_of(program, x, self.parameters)
-        timed = any(phase.between is not None for phase in program.mesh.phases)
-        if not timed or any(phase.end <= phase.start for phase in motion.phases):
+        backwards = any(phase.end <= phase.start for phase in motion.phases)
+        if backwards or not program.mesh.keeps_sides:
             return self.first_program(None, mesh)
         return transcribe(
             self.problem,

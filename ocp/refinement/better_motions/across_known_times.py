@@ -106,7 +106,7 @@ def across_known_times(
     MeshAnswer
         It counts what all took.
     """
-    if all(mesh.between is None for mesh in answer.program.mesh.phases):
+    if not answer.program.mesh.keeps_sides:
         return answer
     best, seen, spent = answer, {sides_of(answer.program.mesh)}, answer.result
     for _ in range(_MOST):

@@ -90,8 +90,7 @@ def first_answer(first_round: MeshRound, program: Transcription, result: NlpResu
 
 def _has_other_sides(meshes: MeshSolver, program: Transcription) -> bool:
     """Whether free times may lie on other sides of known ones, and no motion says on which."""
-    timed = any(mesh.between is not None for mesh in program.mesh.phases)
-    return timed and not states_a_motion(meshes.problem, meshes.parameters)
+    return program.mesh.keeps_sides and not states_a_motion(meshes.problem, meshes.parameters)
 
 
 def _from_here(first_round: MeshRound, program: Transcription, result: NlpResult) -> MeshAnswer:
