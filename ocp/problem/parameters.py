@@ -128,6 +128,8 @@ def limit_slopes(limit: Any, parameters: Parameters) -> dict[str, float]:
 def _check_prices(problem: Problem, values: Array) -> None:
     """StatementError where a control that took the place of a kink would gain by being larger."""
     found, function = _prices(problem)
+    if not found:
+        return
     for (control, expression), price in zip(found, function(values).nonzeros(), strict=True):
         if price < 0.0:
             used = [s for s in resolve(expression, "a price") if isinstance(s, Constant)]
