@@ -83,9 +83,9 @@ def far_origins(iterate: Iterate, evaluator: Evaluator) -> Iterator[FarOrigin]:
     }
     for phase, motion in zip(iterate.problem.phases, iterate.trajectory.phases, strict=True):
         displacements = {
-            state: (state.name, found, duration)
+            state: (state.name, *found)
             for state in phase.dynamics
-            for found, duration in _displacement(iterate, motion, state, differences[state])
+            if (found := _displacement(iterate, motion, state, differences[state])) is not None
         }
         if not displacements:
             continue
@@ -124,7 +124,7 @@ class _Difference:
 
 
 def _differences(iterate: Iterate, evaluator: Evaluator, state: State) -> Iterator[_Difference]:
-    """Those of a state."""
+    """The bounds and links of the problem that say how far end values of a state are apart."""
     for bound in iterate.problem.boundary_constraints:
         values = resolve(bound.expression, "a bound")
         if not values or not all(
@@ -132,6 +132,8 @@ def _differences(iterate: Iterate, evaluator: Evaluator, state: State) -> Iterat
             for value in values
         ):
             continue
+
+        # a difference, or a multiple of one, has constant slopes that add up to nothing
         slopes = ca.jacobian(bound.expression, ca.vertcat(*[value.symbol for value in values]))
         if not slopes.is_constant():
             continue
@@ -139,6 +141,7 @@ def _differences(iterate: Iterate, evaluator: Evaluator, state: State) -> Iterat
         largest = float(np.abs(slopes).max())
         if not largest or abs(float(slopes.sum())) > _SAME * largest:
             continue
+
         value = evaluator.number(iterate.trajectory, bound.expression, {})
         lower, upper = iterate.parameters.bound_limits["", bound.name]
         distances = [abs(limit) for limit in (lower, upper) if limit and np.isfinite(limit)]
@@ -150,10 +153,11 @@ def _differences(iterate: Iterate, evaluator: Evaluator, state: State) -> Iterat
 
 def _displacement(
     iterate: Iterate, motion: PhaseTrajectory, state: State, differences: list[_Difference]
-) -> Iterator[tuple[float, float]]:
-    """That of a state from a stated end value, a small part of that value, and in what time.
+) -> tuple[float, float] | None:
+    """Displacement of a state from a stated end value, and in what time [s].
 
-    It is that of the phase, or of all phases with the state, where the phase states one end only.
+    None where it is no small part of that value. It is that of the phase or, where the phase tells
+    of none, that of all phases with the state.
     """
     apart = [distance for each in differences for distance in each.distances]
     every = [each for each in iterate.trajectory.phases if state.name in each.states]
@@ -161,14 +165,14 @@ def _displacement(
         found = _least_displacement(motions, state, iterate.parameters, apart)
         if found is not None:
             seconds = sum(each.end - each.start for each in motions)
-            yield found, max(seconds, float(np.finfo(float).tiny))
-            return
+            return found, max(seconds, float(np.finfo(float).tiny))
+    return None
 
 
 def _least_displacement(
     motions: list[PhaseTrajectory], state: State, parameters: Parameters, apart: list[float]
 ) -> float | None:
-    """That of a state over some phases, or None where it is no small part of an end value.
+    """Displacement of a state over some phases; None if it is no small part of an end value.
 
     Parameters
     ----------

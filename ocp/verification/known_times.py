@@ -27,6 +27,8 @@ def known_time_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     program, motion = iterate.transcription, iterate.trajectory
     if not ends_at_known_times(program, motion):
         return
+
+    # neither the mesh nor the multipliers of the answer know of the other side: it is solved
     meshes = MeshSolver.of(
         iterate.problem, Settings(), iterate.parameters, evaluator=evidence.evaluator
     )
@@ -34,6 +36,7 @@ def known_time_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
         result = meshes.solve(other, point, meshes.settings.solver)
         if result.outcome == "interrupted":
             raise KeyboardInterrupt
+
         gain, sentence = math.inf, "the problem could not be solved on the other side"
         if result.outcome == "infeasible":
             gain, sentence = 0.0, "no motion was found that is feasible on the other side"
@@ -46,6 +49,6 @@ def known_time_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             f"the known time {time:.6g} s",
             gain,
             allowed.gain,
-            "a phase begins or ends at this time, at which an expression steps or bends, and "
-            f"multipliers tell of one side of it only: {sentence}",
+            "a phase begins or ends at this time, at which an expression steps or bends, so that "
+            f"the other side of it was solved, too: {sentence}",
         )

@@ -184,6 +184,7 @@ def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
     program, point, lower = iterate.transcription, StartingPoint.at(iterate), None
     rounds: list[MeshIteration] = []
     gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
+
     try:
         stationary = stationary_point(meshes, program, point)
         if not stationary.is_minimum:
@@ -191,6 +192,7 @@ def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
     except Unbounded:
         gain, sentence = np.inf, "beside this motion the objective runs away"
     else:
+        # where runs came to an end and gained nothing, an inflection counts as a minimum
         if lower is not None:
             gain = abs(lower.objective - iterate.objective) / iterate.objective_size
             sentence = "a motion beside this one, on its mesh, is better by this part"
