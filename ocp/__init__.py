@@ -53,6 +53,7 @@ from ocp.problem.symbols import (
     State,
     Unknown,
 )
+from ocp.problem.tables import Table
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
@@ -162,6 +163,7 @@ __all__ = [
     "State",
     "StatementError",
     "StatementWarning",
+    "Table",
     "Tolerances",
     "Trajectory",
     "Trapezoid",

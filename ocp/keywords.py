@@ -72,7 +72,7 @@ class _Signature:
 def _checked_new(remedies: Remedies) -> Callable[..., Any]:
     """A `__new__` of a dataclass, which sees the keywords before the constructor does."""
 
-    def checked_new(kind: Any, *arguments: Any, **given: Any) -> Any:
+    def checked_new(kind: Any, /, *arguments: Any, **given: Any) -> Any:
         entries = [entry for entry in dataclasses.fields(kind) if entry.init]
         keywords = [entry.name for entry in entries]
         _check(kind.__name__, given, keywords, remedies)

@@ -6,10 +6,11 @@ import logging
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import Any, Literal, get_args
 
+import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
@@ -63,6 +64,22 @@ _WARM_START = {
     "ipopt.warm_start_slack_bound_push": _PUSH,
     "ipopt.warm_start_slack_bound_frac": _PUSH,
     "ipopt.warm_start_mult_bound_push": _PUSH,
+}
+
+# IPOPT's names of the options that have a field here
+_FIELDS = {
+    "tol": "tolerance",
+    "dual_inf_tol": "dual_tolerance",
+    "constr_viol_tol": "constraint_violation",
+    "compl_inf_tol": "complementarity",
+    "max_iter": "max_iterations",
+    "max_wall_time": "seconds",
+    "linear_solver": "linear_solver",
+    "mu_strategy": "barrier",
+    "line_search_method": "line_search",
+    "print_level": "print_level",
+    "mumps_pivtol": "pivot_tolerance",
+    "acceptable_iter": "stall",
 }
 
 # CasADi's own: nothing that nobody reads
@@ -144,11 +161,15 @@ class Ipopt:
         misjudged and the steps become short.
     stall : int
         Iterations within a factor 100 of the tolerance that end the run, 0 for never.
+    options : mapping of str to number or str
+        Further options by the names of IPOPT's manual, such as ``{"max_soc": 4}``. They replace the
+        values that this class chooses.
 
     Raises
     ------
     StatementError
-        For a choice that IPOPT does not have or a number that makes no sense.
+        If IPOPT does not have a choice or an option, a number makes no sense, or an option has a
+        field of its own.
     """
 
     tolerance: float = 1e-10
@@ -164,6 +185,7 @@ class Ipopt:
     print_level: int = 0
     pivot_tolerance: float = 1e-6
     stall: int = 8
+    options: Mapping[str, float | str] = field(default_factory=dict, hash=False)
 
     def __repr__(self) -> str:
         return as_written(self)
@@ -186,6 +208,23 @@ class Ipopt:
                 raise StatementError(
                     f"IPOPT's {name} is {getattr(self, name)!r}; give a whole number"
                 )
+        self._check_options()
+
+    def _check_options(self) -> None:
+        """StatementError unless IPOPT takes all further options, and none has a field here."""
+        for name, value in self.options.items():
+            if name in _FIELDS:
+                raise StatementError(
+                    f"IPOPT's option '{name}' is a field; write Ipopt({_FIELDS[name]}={value!r})"
+                )
+            x = ca.SX.sym("x")
+            try:
+                ca.nlpsol("check", "ipopt", {"x": x}, {**_CASADI, f"ipopt.{name}": value})
+            except (RuntimeError, NotImplementedError, TypeError) as error:
+                raise StatementError(
+                    f"IPOPT does not accept the option {name}={value!r}; see the list of options "
+                    "in its manual"
+                ) from error
 
     def within(self, iterations: float, seconds: float) -> Ipopt:
         """The same options with a budget of one run that is not above the given one."""
@@ -244,6 +283,7 @@ class Ipopt:
         if start.multipliers is not None:
             options |= _WARM_START
             multipliers = dict(zip(("lam_x0", "lam_g0"), start.multipliers, strict=True))
+        options |= {f"ipopt.{name}": value for name, value in self.options.items()}
 
         # a loose run ends soon enough by itself
         standstill = None

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 
 from ocp.errors import StatementError
-from ocp.numerics.expression_graph import graph_of
+from ocp.numerics.expression_graph import expression_text, graph_of
 from ocp.problem.functionals import Functional
 from ocp.problem.symbols import (
     Between,
@@ -84,11 +84,7 @@ def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> Non
     """Boundary values are of states of the phase, inside their bounds, and known beforehand."""
     for state, value in values.items():
         if state not in phase.dynamics:
-            raise StatementError(
-                f"phase '{phase.name}' has {'an' if what == 'initial' else 'a'} {what} value for "
-                f"'{getattr(state, 'name', state)}' but no dynamics for it; "
-                f"{_remedy_for(state, what)}"
-            )
+            raise _no_state(phase, state, what)
         pair = value if isinstance(value, tuple) else (value, value)
         if len(pair) != 2 or isinstance(value, list):
             raise StatementError(
@@ -110,14 +106,26 @@ def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> Non
             _check_limit(limit, f"the {what} value of '{state.name}'")
 
 
-def _remedy_for(thing: Any, what: str) -> str:
-    """What to write instead of a boundary value of something that is no state of the phase."""
-    if isinstance(thing, State):
-        return "add its derivative"
-    if isinstance(thing, Signal):
-        end = "start" if what == "initial" else "end"
-        return f"bound it in the problem: bounds=[phase.at_{end}({thing.name}) == ...]"
-    return "give the State itself, not its name"
+def _no_state(phase: Phase, thing: Any, what: str) -> StatementError:
+    """A boundary value of something that is no state of the phase, with what to write instead."""
+    end = "start" if what == "initial" else "end"
+    if isinstance(thing, ca.SX):
+        text = expression_text(thing)
+        return StatementError(
+            f"the {what} value of phase '{phase.name}' is given for the expression '{text}', but "
+            f"only a State has one; bound it in the problem: bounds=[phase.at_{end}({text}) == "
+            "...]"
+        )
+    if isinstance(thing, Signal) and not isinstance(thing, State):
+        remedy = f"bound it in the problem: bounds=[phase.at_{end}({thing.name}) == ...]"
+    elif isinstance(thing, State):
+        remedy = "add its derivative"
+    else:
+        remedy = "give the State itself, not its name"
+    return StatementError(
+        f"phase '{phase.name}' has {'an' if what == 'initial' else 'a'} {what} value for "
+        f"'{getattr(thing, 'name', thing)}' but no dynamics for it; {remedy}"
+    )
 
 
 def _check_limit(value: Any, what: str) -> None:

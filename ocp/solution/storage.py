@@ -33,6 +33,7 @@ from ocp.problem.parameters import parameters_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, ByFraction, Signal, Symbol, Time, resolve
+from ocp.problem.tables import Table, table_of
 from ocp.solution.files import read_file, write_file
 from ocp.solution.solution import Solution
 
@@ -266,23 +267,25 @@ class _Writer:
     def _expression(self, value: ca.SX) -> Any:
         symbols = resolve(value, "an expression")
         graph = graph_of([value], [symbol.symbol for symbol in symbols])
-        for instruction in graph.instructions:
-            if instruction.function is not None:
-                raise TypeError(
-                    f"an expression that calls the CasADi function '{instruction.function.name()}' "
-                    "cannot be saved with a solution; save its table instead"
-                )
         return {
             "symbols": [self.written(symbol) for symbol in symbols],
-            "instructions": [
-                [
-                    i.operation,
-                    *([self.written(i.number)] if i.operation == "number" else i.operands),
-                ]
-                for i in graph.instructions
-            ],
+            "instructions": [self._instruction(each) for each in graph.instructions],
             "result": graph.results[0],
         }
+
+    def _instruction(self, instruction: Instruction) -> list[Any]:
+        name = instruction.operation
+        if name == "number":
+            return [name, self.written(instruction.number)]
+        if instruction.function is None:
+            return [name, *instruction.operands]
+        table = table_of(instruction.function)
+        if table is None:
+            raise TypeError(
+                f"an expression that calls the CasADi function '{instruction.function.name()}' "
+                "cannot be saved with a solution; if it is a table, make it with ocp.Table"
+            )
+        return [name, self.written(table), *instruction.operands]
 
 
 class _Reader:
@@ -343,15 +346,20 @@ class _Reader:
         symbols = [self.read(symbol) for symbol in entry["symbols"]]
         if not all(isinstance(symbol, Symbol) for symbol in symbols):
             raise ValueError("it has an expression of something else than symbols")
-        instructions = tuple(
-            Instruction(name, number=self.read(rest[0]))
-            if name == "number"
-            else Instruction(name, tuple(rest))
-            for name, *rest in entry["instructions"]
-        )
+        instructions = tuple(self._instruction(*parts) for parts in entry["instructions"])
         graph = ExpressionGraph(instructions, (entry["result"],))
         (expression,) = graph.rebuilt([symbol.symbol for symbol in symbols])
         return ca.SX(expression)  # an object of its own, as what was written
+
+    def _instruction(self, name: str, *rest: Any) -> Instruction:
+        if name == "number":
+            return Instruction(name, number=self.read(rest[0]))
+        if name != "call":
+            return Instruction(name, rest)
+        table = self.read(rest[0])
+        if not isinstance(table, Table):
+            raise ValueError("it has an expression that calls something else than a table")
+        return Instruction(name, rest[1:], function=table.function)
 
 
 @cache
@@ -396,7 +404,7 @@ def _classes() -> dict[str, Callable[..., Any]]:
         *(epigraph.Epigraph, epigraph.VectorSize, symbols.Between, bounds.Bound, Phase, Problem),
         *(functionals.Integral, functionals.Peak, functionals.BoundaryValue),
         *(functionals.PointValue, functionals.PhaseTime),
-        *schemes.SCHEMES.values(),
+        *(Table, *schemes.SCHEMES.values()),
         *(piecewise_polynomial.Bernstein, piecewise_polynomial.Lagrange),
         *(piecewise_polynomial.Piece, piecewise_polynomial.PiecewisePolynomial),
         *(mesh.PhaseMesh, mesh.ExtraPoints, mesh.Mesh, trajectory.Evaluator),

@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,6 +98,18 @@ OBJECTS = {
     "tolerances": (lambda: Tolerances(gain=0), r"'gain' of a certificate is 0; give a positive"),
     "fixed mesh": (lambda: FixedMesh(rounds=3), r"FixedMesh has no keyword 'rounds'"),
     "Ipopt": (lambda: Ipopt(max_iteration=3), r"did you mean 'max_iterations'\?"),
+    "an option of IPOPT": (
+        lambda: Ipopt(options={"nonsense": 1}),
+        r"IPOPT does not accept the option nonsense=1; see the list of options",
+    ),
+    "a value of IPOPT": (
+        lambda: Ipopt(options={"mumps_pivot_order": 99}),
+        r"does not accept the option mumps_pivot_order=99",
+    ),
+    "an option with a field": (
+        lambda: Ipopt(options={"tol": 1e-8}),
+        r"IPOPT's option 'tol' is a field; write Ipopt\(tolerance=1e-08\)",
+    ),
     "Ipopt's tolerance": (lambda: Ipopt(tolerance=0), r"tolerance is 0; give a positive number"),
     "a replaced setting": (
         lambda: dataclasses.replace(Settings(), rounds=3),
@@ -235,6 +248,15 @@ class Bisecting:
 
     def after_failure(self, solved, failed, accuracy):
         return None
+
+
+def test_further_options_reach_ipopt(tmp_path) -> None:
+    # IPOPT writes all options that a user set to its output file
+    output = tmp_path / "ipopt.txt"
+    options = {"output_file": str(output), "file_print_level": 5, "print_user_options": "yes"}
+    options["max_soc"] = 3
+    solve(transfer(), settings=Settings(solver=Ipopt(options=options), refinement=FixedMesh()))
+    assert re.search(r"max_soc += 3 +yes", output.read_text("utf-8"))
 
 
 def test_a_policy_of_ones_own_is_used() -> None:

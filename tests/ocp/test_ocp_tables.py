@@ -1,4 +1,4 @@
-"""Tables as CasADi's functions in a statement: solved, printed, not saved."""
+"""Tables in a statement: solved, printed, saved if `Table` made them."""
 
 import math
 
@@ -13,7 +13,10 @@ from ocp import (
     Phase,
     Problem,
     State,
+    StatementError,
+    Table,
     certify,
+    load,
     save,
     solve,
 )
@@ -61,10 +64,44 @@ def test_a_table_is_printed_by_its_name():
     assert "gain(x)" in str(moved_by(SMOOTH))
 
 
-def test_a_solution_with_a_table_is_not_saved(tmp_path):
+def test_a_solution_with_a_function_of_casadi_is_not_saved(tmp_path):
     found = solve(moved_by(SMOOTH))
-    with pytest.raises(TypeError, match="calls the CasADi function 'gain' cannot be saved"):
+    with pytest.raises(TypeError, match=r"'gain' cannot be saved.*make it with ocp\.Table"):
         save(found, tmp_path / "found.zip")
+
+
+@pytest.mark.parametrize("kind", ["bspline", "linear"])
+def test_a_solution_with_a_table_is_saved(tmp_path, kind):
+    table = Table("gain", POINTS, 1 + POINTS**2, kind=kind)
+    found = solve(moved_by(table))
+    save(found, tmp_path / "found.zip")
+    read = load(tmp_path / "found.zip")
+    times = np.linspace(0, 1, 9)
+    np.testing.assert_array_equal(read.sample("x", times), found.sample("x", times))
+    # solved again, its equations are those of the table
+    assert solve(read.problem).objective == pytest.approx(found.objective, rel=1e-9)
+
+
+def test_a_table_of_two_axes_has_its_values_in_their_order():
+    lift = Table("lift", [[0, 1, 2], [0, 10]], [[0, 10], [1, 11], [2, 12]], kind="linear")
+    x = ca.SX.sym("x", 2)
+    value = ca.Function("value", [x], [lift(x[0], x[1])])
+    assert float(value([1.25, 4.0])) == pytest.approx(5.25, rel=1e-12)  # x + y by its values
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (([0, 1, 1, 2], [1, 2, 3, 4]), "give at least 4 increasing numbers"),
+        (([0, 1], [1, 2]), "give at least 4 increasing numbers"),
+        (([0, 1, 2, 3], [1, 2]), r"finite values of the shape \(4,\)"),
+        (([0, 1, 2, 3], [1, 2, np.nan, 4]), "finite values"),
+        (([0, 1, 2, 3], [1, 2, 3, 4], "cubic"), "choose bspline or linear"),
+    ],
+)
+def test_a_table_refuses_in_a_sentence(arguments, words):
+    with pytest.raises(StatementError, match=words):
+        Table("drag", *arguments)
 
 
 def test_a_table_that_is_not_finite_is_named():
