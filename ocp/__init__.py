@@ -65,6 +65,8 @@ from ocp.verification.verify import Verification
 
 if TYPE_CHECKING:
     from ocp.analysis.family import Family, Member, family
+    from ocp.analysis.front.continuation import FrontPoint
+    from ocp.analysis.front.pareto import ParetoFront, front
     from ocp.analysis.homotopy import Homotopy, homotopy
     from ocp.analysis.lexicographic import Lexicographic, PriorityLevel, solve_lexicographic
     from ocp.analysis.optima import Optimum, Trial
@@ -83,6 +85,8 @@ if TYPE_CHECKING:
 # what a solve does not need is loaded when it is asked for: a third of the time of `import ocp`
 _LATER = {
     "analysis.family": ("Family", "Member", "family"),
+    "analysis.front.continuation": ("FrontPoint",),
+    "analysis.front.pareto": ("ParetoFront", "front"),
     "analysis.homotopy": ("Homotopy", "homotopy"),
     "analysis.lexicographic": ("Lexicographic", "PriorityLevel", "solve_lexicographic"),
     "analysis.starts.multistart": ("Audit", "audit"),
@@ -126,6 +130,7 @@ __all__ = [
     "FamilyStopped",
     "FileError",
     "FixedMesh",
+    "FrontPoint",
     "Functional",
     "Gauss",
     "HermiteSimpson",
@@ -147,6 +152,7 @@ __all__ = [
     "OcpError",
     "Optimum",
     "Overdetermined",
+    "ParetoFront",
     "Phase",
     "PhaseTrajectory",
     "Prepared",
@@ -177,6 +183,7 @@ __all__ = [
     "coarsened",
     "collocate",
     "family",
+    "front",
     "homotopy",
     "joined",
     "load",

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocp.analysis.front.continuation import FrontPoint
+from ocp.analysis.front.envelope import Front
 from ocp.arrays import Array
 from studies.common.result import Series
-from studies.pareto.continuation import FrontPoint
-from studies.pareto.envelope import Front
 
 WAYS = {"up": 1.0, "between": 0.0, "down": -1.0}
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
+from ocp.analysis.front.continuation import FrontPoint
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.result import Result, Series
 from studies.pareto.config import pareto_from
-from studies.pareto.continuation import FrontPoint
 from studies.pareto.truss import study_at
 from studies.truss.config import as_dictionary
 from studies.truss.motions.deployment import Deployment, how_to_read

@@ -11,16 +11,16 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ocp.analysis.front.both_ways import Walked, both_ways
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError
+from ocp.analysis.front.envelope import Front, alone
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.result import Result
-from studies.pareto.both_ways import Walked, both_ways
 from studies.pareto.columns import front_details, front_series, law_series
 from studies.pareto.config import ParetoStudy, configuration_of
-from studies.pareto.continuation import FrontPoint, NotFoundError
-from studies.pareto.envelope import Front, alone
 from studies.pareto.keys import FRONT
 from studies.pareto.laws import DRAWN, axis_of, broken_titles, compared, laws_in
 from studies.pareto.motions import motion_series

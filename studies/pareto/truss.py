@@ -34,12 +34,12 @@ from ocp import (
     Unverified,
     solve,
 )
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
 from ocp.analysis.sensitivity import slopes_by_multipliers
 from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.pareto.config import ParetoStudy
-from studies.pareto.continuation import FrontPoint, NotFoundError, Way
 from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.limits.bounds import lower_bounds

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ocp.analysis.front.envelope import Front
 from ocp.arrays import Array
 from studies.common.result import Criterion, Verdict
-from studies.pareto.envelope import Front
 
 BELOW = 1e-6  # relative, by which a value may be below its bound
 

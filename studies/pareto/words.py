@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ocp.analysis.front.continuation import FrontPoint
+from ocp.analysis.front.envelope import Front, reached
 from studies.common.console import number
 from studies.pareto.columns import FrontAxis
-from studies.pareto.continuation import FrontPoint
-from studies.pareto.envelope import Front, reached
 
 HUNDREDTH = 0.01  # of a limit: so much more of it has a price that one can imagine
 TOLERANCE = 1e-6  # relative: of the verification, within which two values are indistinguishable

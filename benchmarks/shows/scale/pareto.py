@@ -21,10 +21,10 @@ import numpy as np
 from benchmarks.shows.scale.fronts import found_cold, keep, study_of, times_faster
 from benchmarks.shows.show import Question, Row
 from ocp import FixedMesh, OcpError, prepare
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError
 from studies.common.console import Table, number, silent
 from studies.common.exit_codes import StudyError
 from studies.pareto.config import pareto_from
-from studies.pareto.continuation import FrontPoint, NotFoundError
 from studies.pareto.study import front_found, result_of
 from studies.pareto.truss import TrussFront
 from studies.truss.motions.laws import pinned_bezier

@@ -16,13 +16,13 @@ import numpy as np
 
 from benchmarks.shows.scale.fronts import found_cold, keep, study_of, times_faster
 from benchmarks.shows.show import Question, Row
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError
 from studies.arm.config import question_from
 from studies.arm.questions.fronts.point import unit_of
 from studies.arm.questions.fronts.study import front_result, laws_beside, walked_front
 from studies.arm.questions.fronts.subject import ArmFront
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Table, number, silent
-from studies.pareto.continuation import FrontPoint, NotFoundError
 
 LINE = "fronts of the arm: slopes against differences, seconds beside cold starts: 3 cases"
 LIMIT = 3600.0  # [s]

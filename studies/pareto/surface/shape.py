@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.analysis.front.continuation import FrontPoint, Ranges, distance
+from ocp.analysis.front.envelope import ACCURACY, LEAST, Front
 from ocp.arrays import Array
-from studies.pareto.continuation import FrontPoint, Ranges, distance
-from studies.pareto.envelope import ACCURACY, LEAST, Front
 
 BoolArray = NDArray[np.bool_]
 SAME = 1e-6  # relative: so close to the least is the least

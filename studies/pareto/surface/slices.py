@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 from models.laws import Law
 from ocp import Constant, Solution, SolveFailed, Trajectory
+from ocp.analysis.front.both_ways import Walked, both_ways, walked_down
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
+from ocp.analysis.front.envelope import alone
 from studies.common.console import Console
-from studies.pareto.both_ways import Walked, both_ways, walked_down
 from studies.pareto.config import ParetoStudy
-from studies.pareto.continuation import FrontPoint, NotFoundError, Way
-from studies.pareto.envelope import alone
 from studies.pareto.surface.shape import SurfacePoint
 from studies.pareto.surface.walk import OutOfTimeError, Slice
 from studies.pareto.truss import (

@@ -13,11 +13,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from ocp.analysis.front.both_ways import LENGTH, WIDEST, Walked
+from ocp.analysis.front.continuation import LONGEST, FrontPoint, NotFoundError, Subject
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.pareto.both_ways import LENGTH, WIDEST, Walked
 from studies.pareto.columns import FrontAxis
-from studies.pareto.continuation import LONGEST, FrontPoint, NotFoundError, Subject
 from studies.pareto.keys import SLICE
 from studies.pareto.surface.shape import Box, Surface, SurfacePoint, apart, surface_of
 

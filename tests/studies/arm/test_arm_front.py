@@ -5,6 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from ocp.analysis.front.both_ways import Walked
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Ranges
+from ocp.analysis.front.envelope import front_of
 from studies.arm import draw
 from studies.arm.config import as_dictionary, question_from
 from studies.arm.optimal.rounds import MISS
@@ -19,9 +22,6 @@ from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.export.source import with_motion
-from studies.pareto.both_ways import Walked
-from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges
-from studies.pareto.envelope import front_of
 
 SHORT = {"objectives": "peak-torque,time", "range": "8.6..8.7"}
 LEFT = {"objectives": "peak-torque,residual-energy"}

@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from ocp.analysis.front.continuation import NotFoundError
 from studies.arm import draw
 from studies.arm.config import question_from
 from studies.arm.questions.fronts import study as study_module
@@ -21,7 +22,6 @@ from studies.common.console import silent
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
 from studies.export.source import with_motion
-from studies.pareto.continuation import NotFoundError
 from studies.pareto.surface.shape import dominated
 from studies.report.page import shown
 

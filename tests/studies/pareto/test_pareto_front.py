@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges, distance, fill, walk
-from studies.pareto.envelope import front_of, reached, undominated
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Ranges, distance, fill, walk
+from ocp.analysis.front.envelope import front_of, reached, undominated
 from studies.pareto.surface.shape import dominated
 
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from ocp.analysis.front.continuation import FrontPoint, Ranges
+from ocp.analysis.front.envelope import front_of
 from studies.cli import main
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result, Verdict
 from studies.export.source import with_motion
 from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
-from studies.pareto.continuation import FrontPoint, Ranges
-from studies.pareto.envelope import front_of
 from studies.pareto.figures import draw
 from studies.pareto.words import dominated_law, front_in_words, price_at
 from studies.report.page import shown

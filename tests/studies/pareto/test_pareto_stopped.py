@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from ocp.analysis.front.continuation import FrontPoint
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.pareto.columns import FrontAxis, front_details, front_series
-from studies.pareto.continuation import FrontPoint
 from studies.pareto.study import front_found
 from studies.pareto.words import front_in_words
 from studies.truss.search import best_law as searches

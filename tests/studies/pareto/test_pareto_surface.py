@@ -14,16 +14,16 @@ from hypothesis.extra.numpy import arrays
 
 from models.laws import least_peak_acceleration
 from ocp import Constant, FixedMesh, prepare
+from ocp.analysis.front.both_ways import Walked
+from ocp.analysis.front.continuation import FrontPoint, Ranges
+from ocp.analysis.front.envelope import front_of
 from studies.cli import main
 from studies.common.console import silent
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result, Verdict
 from studies.export.source import with_motion
 from studies.pareto import draw, pareto_from
-from studies.pareto.both_ways import Walked
 from studies.pareto.columns import FrontAxis
-from studies.pareto.continuation import FrontPoint, Ranges
-from studies.pareto.envelope import front_of
 from studies.pareto.surface.columns import surface_series
 from studies.pareto.surface.shape import Box, SurfacePoint, apart, dominated, knee_of, surface_of
 from studies.pareto.surface.slices import SliceFront

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ocp.analysis.front.continuation import FrontPoint
 from studies.arm.replay.sampled import INTERPOLATION, STEPS, SampledProfile, sample_times, sampled
 from studies.arm.report.profile import profile_series
 from studies.common.result import Series
-from studies.pareto.continuation import FrontPoint
 
 
 def motion_series(points: Sequence[FrontPoint]) -> dict[str, Series]:

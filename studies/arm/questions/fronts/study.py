@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ocp.analysis.front.both_ways import Walked, both_ways
+from ocp.analysis.front.continuation import FrontPoint
 from ocp.arrays import Array
 from studies.arm.config import as_dictionary
 from studies.arm.optimal.rounds import SAME
@@ -23,9 +25,7 @@ from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
 from studies.common.folder import provenance
 from studies.common.result import Result
-from studies.pareto.both_ways import Walked, both_ways
 from studies.pareto.columns import front_details, front_series, law_series
-from studies.pareto.continuation import FrontPoint
 from studies.pareto.surface.columns import surface_details, surface_law_series, surface_series
 from studies.pareto.surface.shape import middle_of, named_points
 from studies.pareto.surface.walk import Stack, SurfaceWalk

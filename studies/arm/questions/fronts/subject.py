@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from models.errors import ModelError
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
 from ocp.arrays import Array
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import aimed_at_rest, refine
@@ -47,7 +48,6 @@ from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.pareto.continuation import FrontPoint, NotFoundError, Way
 from studies.pareto.surface.walk import OutOfTimeError
 
 _CORRECTIONS = 3  # solves at most until the full model keeps its energy

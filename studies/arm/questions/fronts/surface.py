@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ocp.analysis.front.both_ways import Walked, both_ways, walked_down
+from ocp.analysis.front.continuation import FrontPoint, Ranges
+from ocp.analysis.front.envelope import front_of
 from studies.arm.optimal.rounds import SAME
 from studies.arm.optimal.solve import check_bending
 from studies.arm.questions.fronts.point import AXES, most_left
@@ -12,9 +15,6 @@ from studies.arm.questions.fronts.subject import ArmFront
 from studies.arm.search_limits import FRONT_DURATIONS, FRONT_SECONDS, SLICE_SECONDS
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Console
-from studies.pareto.both_ways import Walked, both_ways, walked_down
-from studies.pareto.continuation import FrontPoint, Ranges
-from studies.pareto.envelope import front_of
 from studies.pareto.surface.shape import SurfacePoint
 from studies.pareto.surface.walk import Slice, SliceRequest
 from studies.pareto.words import nothing_to_trade

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from studies.pareto.continuation import FrontPoint, Ranges, distance
+from ocp.analysis.front.continuation import FrontPoint, Ranges, distance
 
 LEAST = 1e-9  # relative: what is called less
 ACCURACY = 1e-6  # relative, of each objective: the solver's, below which two motions are alike

@@ -9,8 +9,8 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from studies.pareto.continuation import FrontPoint, Ranges, Subject, distance, fill, walk
-from studies.pareto.envelope import Front, front_of
+from ocp.analysis.front.continuation import FrontPoint, Ranges, Subject, distance, fill, walk
+from ocp.analysis.front.envelope import Front, front_of
 
 WIDEST = 3.0  # strides, from which two neighbours have a gap between them
 LENGTH = 2.0  # of a front in parts of both its ranges, at most where it falls all the way

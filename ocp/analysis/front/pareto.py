@@ -1,0 +1,259 @@
+"""The Pareto front of a problem, by the epsilon-constraint method.
+
+The limited objective is bounded by a constant; each point minimises the other one and starts from
+its neighbour's variables and multipliers.  The slope of the front is the multiplier of the limit.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ocp.analysis.front.both_ways import Walked, both_ways
+from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
+from ocp.analysis.front.envelope import alone
+from ocp.analysis.sensitivity import slopes_by_multipliers
+from ocp.errors import Interrupted, OcpError, StatementError
+from ocp.keywords import checked_keywords
+from ocp.mesh.trajectory import Trajectory
+from ocp.problem.bounds import Bound
+from ocp.problem.problem import Problem, with_objective
+from ocp.problem.symbols import Constant, is_real
+from ocp.progress import Progress
+from ocp.settings import Settings
+from ocp.solution.solution import Solution
+from ocp.solve import solve
+
+# Parts above the least limit at which the front's first point is sought.  At the least itself only
+# one motion is left, and the multiplier of the limit may be infinite.
+_ABOVE_THE_LEAST = (2e-3, 1e-2, 5e-2)
+_LIMIT = "limit of the front"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ParetoFront:
+    """A Pareto front of verified motions.
+
+    Attributes
+    ----------
+    points : tuple of FrontPoint
+        By rising `x` (the limited objective); `y` is the minimised one, `slope` the derivative of
+        `y` with respect to the limit (the negative shadow price), and `motion` the `Solution`.
+    dominated : tuple of FrontPoint
+        Motions that another point beats in both objectives.
+    gaps : tuple of (float, float)
+        Ranges of the limited objective in which no undominated point was found.
+    knee : FrontPoint or None
+        The point farthest below the chord between both ends.
+    remarks : tuple of str
+        Sentences on ends that no motion attains and on limits at which no motion was found.
+    interrupted : bool
+        Whether the user stopped the computation; the points found until then are kept.
+    """
+
+    points: tuple[FrontPoint, ...]
+    dominated: tuple[FrontPoint, ...]
+    gaps: tuple[tuple[float, float], ...]
+    knee: FrontPoint | None
+    remarks: tuple[str, ...]
+    interrupted: bool
+
+    def __repr__(self) -> str:
+        first, last = self.points[0], self.points[-1]
+        return (
+            f"ParetoFront: {len(self.points)} points from ({first.x:.6g}, {first.y:.6g}) to "
+            f"({last.x:.6g}, {last.y:.6g}), {len(self.gaps)} gaps"
+        )
+
+    @classmethod
+    def of(cls, walked: Walked, remarks: tuple[str, ...] = ()) -> ParetoFront:
+        """The front that walks gave."""
+        front = walked.front
+        knee = None if front.knee is None else front.points[front.knee]
+        remarks = (*remarks, *walked.remarks)
+        return cls(front.points, front.dominated, front.gaps, knee, remarks, walked.stopped)
+
+
+@checked_keywords()
+def front(
+    problem: Problem,
+    *,
+    limited: Any,
+    minimised: Any,
+    limits: tuple[float, float] | None = None,
+    points: int = 30,
+    settings: Settings | None = None,
+    guess: Solution | Trajectory | None = None,
+    constants: Mapping[Constant, float] | None = None,
+    progress: Progress | bool | None = None,
+) -> ParetoFront:
+    """Compute the Pareto front of two objectives, walking from both of its ends.
+
+    Every point is solved, refined and verified as `ocp.solve` does it.  Each is a local optimum;
+    walks in both directions can end in different ones, of which the lower one counts.
+
+    Parameters
+    ----------
+    problem : Problem
+        Its own objective is not used.
+    limited, minimised : expression of functionals, unknowns and constants
+        The two objectives: the first one is limited in steps, the second one is minimised at each.
+    limits : (float, float), optional
+        Lowest and highest limit.  Without it the front begins where the limited objective has its
+        minimum, and ends where the minimised one has its minimum.
+    points : int
+        About as many as a walk along the whole front takes.
+    settings, guess, constants, progress : optional
+        As of `ocp.solve`.
+
+    Returns
+    -------
+    ParetoFront
+
+    Raises
+    ------
+    StatementError
+        The statement contradicts itself, the limits cross, or there are fewer than two points.
+    SolveFailed, Unverified, Interrupted
+        An end of the front was not found.
+    """
+    if not isinstance(points, int) or points < 2:
+        raise StatementError(f"a front of {points!r} points cannot be drawn; give 2 or more")
+    if limits is not None:
+        low, high = limits
+        if not (is_real(low) and is_real(high) and low < high):
+            raise StatementError(
+                f"the limits {limits!r} of the front cross; give (lowest, highest)"
+            )
+    subject = _Traded.of(problem, limited, minimised, settings or Settings(), constants, progress)
+    left, right, remarks = subject.ends(limits, guess)
+    if left is None or right.x <= left.x:
+        return ParetoFront.of(Walked(alone(right), (), stopped=False), remarks)
+    return ParetoFront.of(both_ways(subject, left, right, points, lambda line: None), remarks)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Traded:
+    """A problem whose two objectives are traded; a `continuation.Subject`.
+
+    Attributes
+    ----------
+    problem : Problem
+        With the limit as a constant.
+    alone : (Problem, Problem)
+        Least limited objective, and least of the other one, without a limit.
+    """
+
+    problem: Problem
+    alone: tuple[Problem, Problem]
+    limited: Any
+    minimised: Any
+    limit: Constant
+    settings: Settings
+    constants: Mapping[Constant, float]
+    progress: Progress | bool | None
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        limited: Any,
+        minimised: Any,
+        settings: Settings,
+        constants: Mapping[Constant, float] | None,
+        progress: Progress | bool | None,
+    ) -> _Traded:
+        limit = Constant(_LIMIT, value=0.0)
+        bound = Bound("limited objective", limited, upper=limit)
+        return cls(
+            problem=with_objective(problem, minimised, [bound]),
+            alone=(with_objective(problem, limited), with_objective(problem, minimised)),
+            limited=limited,
+            minimised=minimised,
+            limit=limit,
+            settings=settings,
+            constants=dict(constants or {}),
+            progress=progress,
+        )
+
+    def ends(
+        self, limits: tuple[float, float] | None, guess: Solution | Trajectory | None
+    ) -> tuple[FrontPoint | None, FrontPoint, tuple[str, ...]]:
+        """First and last point, and remarks; no first point if none is found near its limit."""
+        if limits is not None:
+            right = self._point(limits[1], guess, "down", afresh=True)
+            return self._first([limits[0]], right)
+        least, other = (
+            solve(
+                problem,
+                settings=self.settings,
+                guess=guess,
+                constants=self.constants,
+                progress=self.progress,
+            )
+            for problem in self.alone
+        )
+        lowest, highest = (self._value(found, self.limited) for found in (least, other))
+        right = self._point(highest, other.trajectory, "down", afresh=True)
+        room = max(abs(lowest), 1e-3 * abs(highest - lowest))
+        return self._first([lowest + part * room for part in _ABOVE_THE_LEAST], right, least)
+
+    def _first(
+        self, lowest: list[float], right: FrontPoint, near: Solution | None = None
+    ) -> tuple[FrontPoint | None, FrontPoint, tuple[str, ...]]:
+        """The point at the first of some limits that has one."""
+        remarks = list[str]()
+        for limit in lowest:
+            if limit >= right.limit:
+                break
+            for guess in (near, right.motion):
+                try:
+                    if guess is None:
+                        continue
+                    left = self._point(limit, guess.trajectory, "up", afresh=True)
+                    return left, right, tuple(remarks)
+                except NotFoundError as error:
+                    reason = str(error)
+            remarks.append(f"no motion was found at the limit {limit:.6g}: {reason}")
+        return None, right, tuple(remarks)
+
+    def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+        """The point at a limit, from the variables and multipliers of a neighbour."""
+        return self._point(limit, before.motion, way, afresh=False)
+
+    def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+        """The same from the neighbour's motion alone, on a first mesh."""
+        return self._point(limit, before.motion.trajectory, way, afresh=True)
+
+    def _point(
+        self, limit: float, guess: Solution | Trajectory | None, way: Way, *, afresh: bool
+    ) -> FrontPoint:
+        begin = clock.perf_counter()
+        try:
+            found = solve(
+                self.problem,
+                settings=self.settings,
+                guess=guess,
+                constants={**self.constants, self.limit: limit},
+                progress=self.progress,
+            )
+        except Interrupted as stop:
+            raise KeyboardInterrupt from stop
+        except OcpError as error:
+            raise NotFoundError(str(error)) from error
+        return FrontPoint(
+            limit=limit,
+            x=self._value(found, self.limited),
+            y=self._value(found, self.minimised),
+            slope=slopes_by_multipliers(found)[_LIMIT],
+            way=way,
+            afresh=afresh,
+            seconds=clock.perf_counter() - begin,
+            motion=found,
+        )
+
+    def _value(self, found: Solution, objective: Any) -> float:
+        """The larger of the solution's value and its replay's, which lies between the points."""
+        return max(float(found.value(objective, replayed=which)) for which in (False, True))
