@@ -14,7 +14,7 @@ from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import NlpSolver
 from ocp.numerics.schemes import SCHEMES, Radau, Scheme
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import ControlShape, is_real
+from ocp.problem.symbols import Piecewise, is_real
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import RefinementPolicy
@@ -99,7 +99,7 @@ class Settings:
 
     scheme: Scheme = field(default_factory=Radau)
     intervals: int | Mapping[str, int] = INTERVALS
-    controls: ControlShape = "automatic"
+    controls: Piecewise = "automatic"
     refinement: RefinementPolicy = field(default_factory=AdaptiveMesh)
     solver: NlpSolver = field(default_factory=Ipopt)
     accuracy: Accuracy = field(default_factory=Accuracy)
@@ -115,7 +115,7 @@ class Settings:
         by_phase = self.intervals if isinstance(self.intervals, Mapping) else {"": self.intervals}
         for count in by_phase.values():
             _check_count("intervals", count)
-        _check_choice("controls", self.controls, get_args(ControlShape))
+        _check_choice("controls", self.controls, get_args(Piecewise))
         policies = "AdaptiveMesh() or FixedMesh()"
         _check_kind("refinement", self.refinement, RefinementPolicy, policies)
         _check_solver(self.solver)

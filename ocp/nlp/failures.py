@@ -281,7 +281,7 @@ def _algebraic(transcription: Transcription) -> str:
     """How to write controls that equations determine, where there are some of another shape."""
     for phase in transcription.problem.phases:
         for control in transcription.problem.controls[phase.name]:
-            if control.shape != "polynomial" and in_equation(control, phase):
+            if control.piecewise != "polynomial" and in_equation(control, phase):
                 return (
                     f"; '{control.name}' is in an equation of phase '{phase.name}': if that "
                     f"determines it, declare it as Algebraic({control.name!r}) and not as Control"

@@ -15,7 +15,7 @@ from ocp.nlp.result import NlpResult
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import ControlShape
+from ocp.problem.symbols import Piecewise
 from ocp.scaling.scales import Scales
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
@@ -56,7 +56,7 @@ class Iterate:
     problem: Problem
     mesh: Mesh
     scheme: Scheme
-    controls: ControlShape
+    controls: Piecewise
     scales: Scales
     trajectory: Trajectory
     objective: float

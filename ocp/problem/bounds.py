@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
+
+import casadi as ca
 
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
@@ -109,11 +111,21 @@ def checked_bounds(bounds: Any, where: str) -> tuple[Bound, ...]:
             f"the bounds of {where} are {bounds!r}; give a list of Bound(...) or of relations such "
             "as [x <= 2]"
         ) from error
-    stated = [e if isinstance(e, Bound) else _from_relation(e, where) for e in entries]
+    stated = [
+        e if isinstance(e, Bound) else _from_relation(e, where)
+        for entry in entries
+        for e in _each(entry)
+    ]
     plain = tuple(bound for entry in stated for bound in _with_plain_limits(entry))
     for bound in plain:
         _check_depends(bound, where)
     return plain
+
+
+def _each(entry: Any) -> Sequence[Any]:
+    """The relations of a vector's components; anything else as it is."""
+    vector = isinstance(entry, ca.SX) and entry.is_column() and not entry.is_scalar()
+    return ca.vertsplit(entry) if vector else [entry]
 
 
 def _check_depends(bound: Bound, where: str) -> None:

@@ -26,7 +26,7 @@ from ocp.problem.symbols import (
     Algebraic,
     Constant,
     Control,
-    ControlShape,
+    Piecewise,
     State,
     Symbol,
     Time,
@@ -70,14 +70,14 @@ def _is_multiple(rate: ca.SX, symbols: Iterable[Symbol], driver: ca.SX) -> bool:
     return alone and ca.depends_on(rate, driver) and is_linear(rate, driver)
 
 
-def shape_of(
+def variation_of(
     problem: Problem,
     phase: Phase,
     control: Control,
-    default: ControlShape,
+    default: Piecewise,
     scheme: Scheme,
     least_degree: int,
-) -> ControlShape:
+) -> Piecewise:
     """How a control varies within an interval: as it states, else as the settings say.
 
     "automatic" is linear for a control that drives a chain of two or more integrators which the
@@ -88,7 +88,7 @@ def shape_of(
     automatic polynomial in which the phase is linear has one coefficient fewer than there are
     collocation points, see `ocp.problem.linear_controls`. "full" is "automatic" without this.
     """
-    shape = control.shape or default
+    shape = control.piecewise or default
     if shape not in ("automatic", "full"):
         return shape
     if in_equation(control, phase) or _has_curved_limit(problem, phase, control):
@@ -149,7 +149,7 @@ def _is_curved(expression: ca.SX, control: Control) -> bool:
 
 
 def first_degree(
-    problem: Problem, phase: Phase, scheme: Scheme, controls: ControlShape, highest_degree: int
+    problem: Problem, phase: Phase, scheme: Scheme, controls: Piecewise, highest_degree: int
 ) -> int:
     """Degree of a phase's first mesh: the scheme's, or the higher one that is exact.
 
@@ -165,7 +165,7 @@ def first_degree(
 
 
 def exact_degree(
-    problem: Problem, phase: Phase, scheme: Scheme, controls: ControlShape, highest_degree: int
+    problem: Problem, phase: Phase, scheme: Scheme, controls: Piecewise, highest_degree: int
 ) -> int | None:
     """The least degree that integrates all states exactly on any mesh; None if there is none.
 
@@ -174,7 +174,7 @@ def exact_degree(
     """
     rates = list(phase.dynamics.values())
     shapes = {
-        control: shape_of(problem, phase, control, controls, scheme, highest_degree)
+        control: variation_of(problem, phase, control, controls, scheme, highest_degree)
         for control in problem.controls[phase.name]
     }
 

@@ -27,6 +27,7 @@ from ocp.problem.functionals import (
 from ocp.problem.instants import checked_breakpoints
 from ocp.problem.statement_checks import check_jump, check_mapping, check_meeting, check_phase
 from ocp.problem.symbols import Between, Signal, State, Symbol, check_name, is_real, resolve, scalar
+from ocp.problem.vectors import by_component
 
 # of expressions that are held against each other: that of a limit
 _DEPTH = 20
@@ -121,6 +122,7 @@ class Phase:
         check_name("phase", self.name)
         for what in ("dynamics", "initial", "final", "guess"):
             check_mapping(self.name, what, getattr(self, what))
+            object.__setattr__(self, what, by_component(what, getattr(self, what)))
 
         if not self.dynamics:
             raise StatementError(

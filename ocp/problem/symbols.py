@@ -9,16 +9,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, TypeVar
 from weakref import WeakValueDictionary
 
 import casadi as ca
 
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
+from ocp.problem.vectors import vector_of
 
 Number = Real
-ControlShape = Literal["constant", "linear", "polynomial", "automatic", "full"]
+Piecewise = Literal["constant", "linear", "polynomial", "automatic", "full"]
+Declared = TypeVar("Declared", bound=type)
 
 # words of other tools, and what to write here
 LIMIT_WORDS = {
@@ -122,6 +124,28 @@ class Symbol(ca.GenericExpressionCommon):
         return self
 
 
+def may_be_vector(kind: Declared) -> Declared:
+    """Let a class of symbols make a `Vector` if it is given a shape.
+
+    The class docstring says so under *shape*.
+    """
+    scalar_new: Any = kind.__new__
+
+    def new(cls: Any, *arguments: Any, shape: Any = None, **given: Any) -> Any:
+        if shape is None:
+            return scalar_new(cls, *arguments, **given)
+        if isinstance(shape, str):
+            raise StatementError(
+                f"the shape of a {cls.__name__} is the number of its components, not {shape!r}; "
+                f"how a control varies within an interval is piecewise={shape!r}"
+            )
+        # what is no instance of the class is returned as it is, without its constructor
+        return vector_of(cls, shape, *arguments, **given)
+
+    setattr(kind, "__new__", new)  # noqa: B010
+    return kind
+
+
 def _relation(comparison: Any) -> Any:
     """What CasADi made of a comparison, with a truth value that explains itself."""
     symbolic = isinstance(comparison, ca.SX) and not comparison.is_constant()
@@ -188,6 +212,7 @@ class Signal(Symbol):
         return as_written(self)
 
 
+@may_be_vector
 @checked_keywords(elsewhere=_OF_A_STATE)
 class State(Signal):
     """A signal whose time derivative the dynamics of a phase give.
@@ -200,6 +225,9 @@ class State(Signal):
         Bounds that hold at all times of a phase [unit].
     scale : float or None
         Typical size [unit]. It is derived from guess, bounds or dynamics if None.
+    shape : int, optional
+        Number of components of a vector. Limits, scale and guess are then one for all components or
+        a list, and ``q[i]`` is the component ``"q[i]"``.
 
     Raises
     ------
@@ -208,6 +236,7 @@ class State(Signal):
     """
 
 
+@may_be_vector
 @checked_keywords(elsewhere=_OF_A_SIGNAL)
 class Algebraic(Signal):
     """A signal without a derivative, determined by the equations of a phase.
@@ -222,6 +251,9 @@ class Algebraic(Signal):
         Bounds that hold at all times of a phase [unit].
     scale : float or None
         Typical size [unit]. It is derived from guess, bounds or dynamics if None.
+    shape : int, optional
+        Number of components of a vector. Limits, scale and guess are then one for all components or
+        a list, and ``q[i]`` is the component ``"q[i]"``.
 
     Raises
     ------
@@ -230,6 +262,7 @@ class Algebraic(Signal):
     """
 
 
+@may_be_vector
 @checked_keywords(elsewhere=_OF_A_SIGNAL)
 @dataclass(frozen=True, eq=False, repr=False)
 class Control(Signal):
@@ -245,10 +278,13 @@ class Control(Signal):
         Bounds that hold at all times of a phase [unit].
     scale : float or None
         Typical size [unit]. It is derived from guess, bounds or dynamics if None.
-    shape : str or None
+    shape : int, optional
+        Number of components of a vector. Limits, scale and guess are then one for all components or
+        a list, and ``q[i]`` is the component ``"q[i]"``.
+    piecewise : str or None
         How it may vary within a mesh interval: "constant", "linear", "polynomial" (of the scheme's
-        degree), "automatic" or "full" (see `ocp.problem.integrator_chains.shape_of`). That of the
-        settings if None.
+        degree), "automatic" or "full" (see `ocp.problem.integrator_chains.variation_of`). If None,
+        as the settings say.
 
     Raises
     ------
@@ -256,9 +292,10 @@ class Control(Signal):
         When the name is missing, the limits cross, or the scale is not positive.
     """
 
-    shape: ControlShape | None = None
+    piecewise: Piecewise | None = None
 
 
+@may_be_vector
 @checked_keywords(elsewhere=_OF_AN_UNKNOWN)
 @dataclass(frozen=True, eq=False, repr=False)
 class Unknown(Symbol):
@@ -274,6 +311,9 @@ class Unknown(Symbol):
         Where the solver starts [unit]. It is taken from the limits if None.
     scale : float or None
         Typical size [unit]. It is derived from guess or limits if None.
+    shape : int, optional
+        Number of components of a vector. Limits, scale and guess are then one for all components or
+        a list, and ``q[i]`` is the component ``"q[i]"``.
 
     Raises
     ------

@@ -54,7 +54,7 @@ def periods(problem: Problem, index: int) -> dict[str, float]:
     found = {}
     rates = ca.vertcat(*statement.dynamics.values())
     for control in problem.controls[phase]:
-        if control.is_limited or control.coupled or control.shape not in (None, "polynomial"):
+        if control.is_limited or control.coupled or control.piecewise not in (None, "polynomial"):
             continue
         if ca.depends_on(rates, control.symbol) and is_linear(rates, control.symbol):
             continue  # a force, and no angle

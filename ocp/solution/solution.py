@@ -21,6 +21,7 @@ from ocp.problem.kinks.epigraph import as_stated
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
+from ocp.problem.vectors import Vector
 from ocp.refinement.estimates.motion_errors import dense_peak
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.verification.simulation import SimulatedMotion
@@ -167,7 +168,7 @@ class Solution:
 
         Parameters
         ----------
-        expression : expression or name, or list of these
+        expression : expression or name, or list of these, or a vector of signals
             ``x_t, v_t = solution.sample([x, v], times)`` samples several at once.
         times : array of any shape
             [s].  An instant shared by two phases belongs to the later one, unless `phase` says
@@ -180,14 +181,14 @@ class Solution:
         Returns
         -------
         Array
-            Shape of `times`; with a list, one such array for each expression.
+            Shape of `times`; with a list or a vector, one such array for each entry.
 
         Raises
         ------
         StatementError
             When a time lies outside the motion, or no such name is known.
         """
-        source, many = self._source(replayed), isinstance(expression, (list, tuple))
+        source, many = self._source(replayed), isinstance(expression, (list, tuple, Vector))
         expressions = list(expression) if many else [expression]
 
         def values(motion: PhaseTrajectory, intervals: Integers, tau: Array) -> Array:

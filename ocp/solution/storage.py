@@ -38,9 +38,7 @@ from ocp.solution.files import read_file, write_file
 from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
-_VERSION = 3
-# Files of version 2 are read, too. What they call automatic is called full now.
-_FULL_SHAPES, _SHAPES = 2, {"Iterate": "controls", "Control": "shape"}
+_VERSION = 4
 _TEXT = "solution.json"
 _FIRST_VERSION = b"ocp solution 1\n"  # how files of version 1 began, which held pickled objects
 _SAMPLES = 2001  # of a guess that is a function of time
@@ -146,7 +144,7 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
         if text["format"] != _FORMAT:
             raise ValueError(f"its format is {text['format']!r}")
         version = text["version"]
-        if version in (_VERSION, _FULL_SHAPES):
+        if version == _VERSION:
             return _read(archive, text, known)
     except Exception as error:
         reason = (str(error) or type(error).__name__).splitlines()[0]
@@ -190,7 +188,7 @@ def _read(archive: zipfile.ZipFile, text: Any, known: Problem | None) -> Any:
     writer = _Writer()
     if known is not None:
         writer.written(known)
-    reader = _Reader(archive, writer.originals, full_shapes=text["version"] == _FULL_SHAPES)
+    reader = _Reader(archive, writer.originals)
     for entry in text["objects"]:
         reader.objects.append(reader.made(entry))
     return reader.read(text["root"])
@@ -289,18 +287,11 @@ class _Writer:
 
 
 class _Reader:
-    """Builds the objects of a file, each from those before it.
+    """Builds the objects of a file, each from those before it."""
 
-    Parameters
-    ----------
-    full_shapes : bool
-        Whether shapes that the file calls automatic are full.
-    """
-
-    def __init__(self, archive: zipfile.ZipFile, objects: list[Any], *, full_shapes: bool) -> None:
+    def __init__(self, archive: zipfile.ZipFile, objects: list[Any]) -> None:
         self.archive = archive
         self.objects = objects
-        self.full_shapes = full_shapes
 
     def read(self, value: Any) -> Any:
         """The value that was written."""
@@ -335,8 +326,6 @@ class _Reader:
         values = {key: self.read(value) for key, value in entry["fields"].items()}
         if not set(values) <= set(_stored_fields(made)):
             raise ValueError(f"it has a {name} with other fields")
-        if self.full_shapes and values.get(_SHAPES.get(name, "")) == "automatic":
-            values[_SHAPES[name]] = "full"
         if made is Problem:
             # a kink that is in the file was there when it was solved
             values["raise_kinks"] = False

@@ -21,11 +21,11 @@ from ocp.mesh.known_times import LEAST_STRETCH, known_limits
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.numerics.schemes import Scheme
 from ocp.problem.functionals import Integral, Peak
-from ocp.problem.integrator_chains import shape_of
+from ocp.problem.integrator_chains import variation_of
 from ocp.problem.linear_controls import enters_linearly
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Algebraic, Between, Control, ControlShape, Signal, State
+from ocp.problem.symbols import Algebraic, Between, Control, Piecewise, Signal, State
 from ocp.scaling.scales import Scales
 from ocp.transcription.interval_groups import ControlSet, IntervalGroup, IntervalLayout
 from ocp.transcription.rows import Limits
@@ -204,7 +204,7 @@ def columns_of(
     problem: Problem,
     mesh: Mesh,
     scheme: Scheme,
-    controls: ControlShape,
+    controls: Piecewise,
     scales: Scales,
 ) -> Columns:
     """Assign all unknowns of a problem on a mesh.
@@ -311,13 +311,13 @@ class _Filled:
 
 
 def _control_sets(
-    problem: Problem, phase: Phase, mesh: PhaseMesh, scheme: Scheme, default: ControlShape
+    problem: Problem, phase: Phase, mesh: PhaseMesh, scheme: Scheme, default: Piecewise
 ) -> tuple[ControlSet, ...]:
     """The controls of a phase by the shape that they take on a mesh."""
     by_shape: dict[str, list[Control]] = {shape: [] for shape in _ORDERS}
     singular: list[Control] = []
     for control in problem.controls[phase.name]:
-        shape = shape_of(problem, phase, control, default, scheme, int(mesh.degrees.min()))
+        shape = variation_of(problem, phase, control, default, scheme, int(mesh.degrees.min()))
         if shape not in by_shape:
             raise StatementError(
                 f"the shape of control '{control.name}' is {shape!r}; choose constant, linear, "
@@ -331,7 +331,7 @@ def _control_sets(
 
         # Along a singular arc a control with as many coefficients as points may swing between its
         # bounds in each interval: the states at the points hardly change by that.
-        automatic = (control.shape or default) == "automatic"
+        automatic = (control.piecewise or default) == "automatic"
         if shape == "polynomial" and automatic and enters_linearly(problem, phase, control):
             singular.append(control)
         else:

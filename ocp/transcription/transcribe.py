@@ -17,7 +17,7 @@ from ocp.mesh.trajectory import Trajectory
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import ControlShape
+from ocp.problem.symbols import Piecewise
 from ocp.scaling.scales import Scales
 from ocp.transcription.blocks import blocks_of
 from ocp.transcription.columns import Columns, columns_of
@@ -80,7 +80,7 @@ class Transcription:
     problem: Problem
     mesh: Mesh
     scheme: Scheme
-    controls: ControlShape
+    controls: Piecewise
     scales: Scales
     columns: Columns
     rows: Rows
@@ -115,7 +115,7 @@ def transcribe(
     problem: Problem,
     mesh: Mesh,
     scheme: Scheme,
-    controls: ControlShape,
+    controls: Piecewise,
     scales: Scales,
     known: Transcription | None = None,
     times: Mapping[str, Ends] | None = None,
@@ -192,7 +192,7 @@ def _usable_kernels(
     known: Transcription,
     problem: Problem,
     scheme: Scheme,
-    controls: ControlShape,
+    controls: Piecewise,
     scales: Scales,
 ) -> dict[tuple[Any, ...], Any]:
     """The kernels of a transcription of the same problem, none where it is another one."""

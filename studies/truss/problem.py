@@ -58,7 +58,7 @@ LEAST_ACCELERATION = math.sqrt(12)
 ROPE_FORCE = "rope force"  # name of its bounds
 
 Drive = Literal["jerk", "acceleration", "force"]
-ControlShape = Literal["constant", "linear", "polynomial"]
+Piecewise = Literal["constant", "linear", "polynomial"]
 
 SIGNAL_CAPS = {"peak-speed", "peak-acceleration", "peak-jerk"}  # bounds of signals, not of formulas
 
@@ -227,16 +227,18 @@ def _signals(
     if drive == "jerk":
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
         steepest = caps.most("peak-jerk")
-        jerk = Control("jerk", "rad/s^3", lower=-steepest, upper=steepest, shape=shape)
+        jerk = Control("jerk", "rad/s^3", lower=-steepest, upper=steepest, piecewise=shape)
         return Signals(truss, angle, speed, acceleration, jerk, None, pull)
     if drive == "force":
-        force = Control("rope force", "N", lower=0.0, upper=caps.most("peak-force"), shape=shape)
+        force = Control(
+            "rope force", "N", lower=0.0, upper=caps.most("peak-force"), piecewise=shape
+        )
         return Signals(truss, angle, speed, None, None, force)
-    control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape=shape)
+    control = Control("acceleration", "rad/s^2", lower=-most, upper=most, piecewise=shape)
     return Signals(truss, angle, speed, control, None, None, pull)
 
 
-def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShape]:
+def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, Piecewise]:
     """What drives the motion, and how it varies within an interval.
 
     Least acceleration, time and force make what they limit jump between its bounds: it is constant

@@ -10,7 +10,7 @@ STRONGEST = Constant("strongest", "m/s^2", 2.0)
 def race() -> Problem:
     """Least time over 1 m from rest to rest, with another cap on the drive than on the brake."""
     x, v = State("x", "m"), State("v", "m/s")
-    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, shape="constant")
+    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, piecewise="constant")
     phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(0.1, 20, guess=2))
     return Problem("race", phase, minimise=phase.end_time)
 

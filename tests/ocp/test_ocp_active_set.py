@@ -99,7 +99,7 @@ def test_multipliers_belong_to_active_limits(hop):
 
 def test_forces_of_a_path_constraint_are_summed_in_each_interval():
     # least peak of |u| to go from rest to rest: u is at the peak all along, first up, then down
-    x, v, u = State("x"), State("v"), Control("u", shape="constant")
+    x, v, u = State("x"), State("v"), Control("u", piecewise="constant")
     phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     problem = Problem("softly", [phase], minimise=phase.peak(u, absolute=True))
     settings = Settings(intervals=10, refinement=FixedMesh())

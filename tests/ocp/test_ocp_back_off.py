@@ -51,7 +51,7 @@ def under_a_bound(roof):
 def stiffening():
     """Least peak of a force whose factor grows along the way, under a cap on the jerk."""
     x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
-    jerk = Control("jerk", "m/s^3", lower=-60, upper=60, shape="linear")
+    jerk = Control("jerk", "m/s^3", lower=-60, upper=60, piecewise="linear")
     phase = Phase("move", {x: v, v: a, a: jerk}, {x: 0, v: 0, a: 0}, {x: 1, v: 0, a: 0}, end=1.0)
     force = a.symbol * (1 + ca.sin(3 * x.symbol)) + v.symbol**2
     return Problem("stiffening", [phase], minimise=peak((phase, force)))

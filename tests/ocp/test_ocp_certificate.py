@@ -42,7 +42,7 @@ def chain(**options):
 
 def least_effort(shape="polynomial"):
     """u = 6 - 12 t; H = -36."""
-    x, v, u = chain(shape=shape)
+    x, v, u = chain(piecewise=shape)
     phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     return Problem("least effort", [phase], minimise=phase.integral(u**2))
 
@@ -63,7 +63,7 @@ def bryson_denham():
 
 def least_peak():
     """Two phases of thrust, 4 m/s^2 each, at most half of it counted; H = -8 / 2."""
-    x, v, u = chain(shape="constant")
+    x, v, u = chain(piecewise="constant")
     first = Phase("first", {x: v, v: u}, {x: 0, v: 0}, start=0, end=Between(0.1, 0.9))
     second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=Between(0.1, 0.9), end=1)
 
@@ -241,7 +241,7 @@ def test_a_switch_that_is_off_by_a_hundredth_fails():
 
 def towards(intervals, **limits):
     """u = 1 is best, close to its bound."""
-    x, u = State("x", "m"), Control("u", "m/s", shape="constant", **limits)
+    x, u = State("x", "m"), Control("u", "m/s", piecewise="constant", **limits)
     phase = Phase("go", {x: u}, {x: 0}, {x: 1}, end=1.0)
     problem = Problem("go", [phase], minimise=phase.integral(u**2))
     settings = Settings(intervals=intervals, refinement=FixedMesh())

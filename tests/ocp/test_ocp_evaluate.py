@@ -27,7 +27,7 @@ from ocp import (
 @pytest.fixture(scope="module")
 def motion():
     x, v, z = State("x", "m"), State("v", "m/s"), Algebraic("z")
-    u, step = Control("u", shape="linear"), Control("step", shape="constant")
+    u, step = Control("u", piecewise="linear"), Control("step", piecewise="constant")
     mass, gravity = Unknown("mass", "kg", 1, 3, guess=2.0), Constant("gravity", value=2.5)
     first = Phase(
         "first",

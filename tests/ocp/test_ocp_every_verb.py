@@ -74,7 +74,7 @@ def double_integrator(**options):
 @cache
 def least_effort(name, shape=None):
     """1 m in 1 s from rest to rest: J = 12 D^2 / T^3, u = 6 - 12 t."""
-    x, v, u, rates = double_integrator(shape=shape)
+    x, v, u, rates = double_integrator(piecewise=shape)
     phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     problem = Problem("transfer", phase, minimise=phase.integral(u**2))
     return solve(problem, settings=settings_of(name, shape))
@@ -93,7 +93,7 @@ def test_shapes_of_controls(name, shape):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_free_time_and_a_breakpoint_that_moves_onto_the_switch(name, shape):
     # sqrt(2 D (1/a + 1/b)) = 30 s, the switch at 20 s lies on no breakpoint of the first mesh
-    x, v, u, rates = double_integrator(lower=-2, upper=1, shape=shape)
+    x, v, u, rates = double_integrator(lower=-2, upper=1, piecewise=shape)
     phase = Phase("dash", rates, initial={x: 0, v: 0}, final={x: 300, v: 0}, end=Between(1, 100))
     found = solve(Problem("dash", phase, minimise=phase.end_time), settings=settings_of(name))
     assert found.objective == optimum(name, 30.0)

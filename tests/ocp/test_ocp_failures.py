@@ -140,7 +140,7 @@ def test_without_refinement_the_verification_is_there_to_read():
 def test_a_polynomial_control_keeps_its_bounds_between_the_points():
     # interpolation of degree 6 through a bang-bang law would overshoot by more than a tenth
     x, v = State("x"), State("v")
-    u = Control("u", lower=-1, upper=1, shape="polynomial")
+    u = Control("u", lower=-1, upper=1, piecewise="polynomial")
     phase = Phase("dash", {x: v, v: u}, initial={x: 0, v: 0}, final={v: 0}, end=1)
     problem = Problem("overshoot", [phase], maximise=phase.at_end(x))
     settings = Settings(scheme=Radau(6), intervals=1, refinement=FixedMesh())

@@ -99,7 +99,7 @@ def test_values_are_checked_like_those_of_a_solve() -> None:
 def test_other_constants_keep_their_values() -> None:
     way = Constant("way", "m", 1.0)
     x, v = State("x", "m"), State("v", "m/s")
-    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, shape="constant")
+    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, piecewise="constant")
     phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: way, v: 0}, end=Between(0.1, 20, 2))
     problem = Problem("race", phase, minimise=phase.end_time)
     found = family(problem, STRONGEST, [1.0, 1.2], settings=FEW, constants={way: 4.0})

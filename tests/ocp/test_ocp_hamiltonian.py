@@ -14,7 +14,7 @@ from ocp.verification.minimum_principle import minimum_principle
 
 
 def least_effort(shape="polynomial", bounds=(), **limits):
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", shape=shape, **limits)
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", piecewise=shape, **limits)
     path = [Bound(name, expression(x, v, u), upper=upper) for name, expression, upper in bounds]
     phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, bounds=path, end=1.0)
     return Problem("least effort", [phase], minimise=phase.integral(u**2))
@@ -122,7 +122,10 @@ def test_an_optimal_control_gains_nothing():
 @pytest.mark.parametrize("limit", ["bound", "path"])
 def test_a_control_at_its_limit_gains_nothing_beyond_it(limit):
     # x' = u with x(1) as large as can be: H = -u, whose slope of -1 presses u against its limit
-    x, u = State("x"), Control("u", lower=-1, upper=1 if limit == "bound" else 2, shape="constant")
+    x, u = (
+        State("x"),
+        Control("u", lower=-1, upper=1 if limit == "bound" else 2, piecewise="constant"),
+    )
     bounds = [Bound("cap", 2.0 * u, upper=2.0)] if limit == "path" else []
     phase = Phase("dash", {x: u}, {x: 0}, bounds=bounds, end=1.0)
     iterate = iterate_of(Problem("dash", [phase], maximise=phase.at_end(x)))

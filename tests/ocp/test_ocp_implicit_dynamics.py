@@ -10,8 +10,8 @@ from ocp import Bound, Control, Overdetermined, Phase, Problem, State, solve
 def pendulum(implicit, shape=None):
     """A pendulum swung to the side and stopped there, with the least effort."""
     q, w = State("q", "rad"), State("w", "rad/s")
-    u = Control("u", "rad/s^2", lower=-20, upper=20, shape=shape)
-    a = Control("a", "rad/s^2", shape=shape)
+    u = Control("u", "rad/s^2", lower=-20, upper=20, piecewise=shape)
+    a = Control("a", "rad/s^2", piecewise=shape)
     pull = u - 9.81 * ca.sin(q)
     swing = Phase(
         "swing",
@@ -37,4 +37,4 @@ def test_where_it_has_not_the_message_says_how_to_state_it():
     with pytest.raises(
         Overdetermined, match=r"in an equation of phase 'swing'.*declare it as Algebraic\("
     ):
-        solve(pendulum(True, shape="constant"))
+        solve(pendulum(True, piecewise="constant"))

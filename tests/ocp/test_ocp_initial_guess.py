@@ -31,7 +31,7 @@ TIMES = START + FRACTIONS * (END - START)
 
 def guessed(guess, shape="polynomial"):
     x, v = State("x"), State("v", lower=-50, upper=50)
-    u, k = Control("u", shape=shape), Unknown("k", lower=1, upper=3, guess=2.5)
+    u, k = Control("u", piecewise=shape), Unknown("k", lower=1, upper=3, guess=2.5)
     named = {"x": x, "v": v, "u": u}
     phase = Phase(
         "move",

@@ -22,7 +22,7 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.problem.integrator_chains import chain_length, exact_degree, first_degree, shape_of
+from ocp.problem.integrator_chains import chain_length, exact_degree, first_degree, variation_of
 
 
 def phase(rates):
@@ -48,14 +48,14 @@ def test_automatic_is_linear_only_where_that_is_exact():
     def shape(control, rates, default, scheme, least_degree):
         p = phase(rates)
         problem = Problem("p", p, minimise=p.integral(control**2))
-        return shape_of(problem, p, control, default, scheme, least_degree)
+        return variation_of(problem, p, control, default, scheme, least_degree)
 
     rates = {x: v, v: a, a: u}
     assert shape(u, rates, "automatic", Radau(), 4) == "linear"
     assert shape(u, rates, "automatic", Radau(), 3) == "polynomial"
     assert shape(u, rates, "automatic", Trapezoid(), 2) == "polynomial"
     assert shape(u, rates, "constant", Radau(), 4) == "constant"
-    stated = Control("u", shape="polynomial")
+    stated = Control("u", piecewise="polynomial")
     assert shape(stated, {x: v, v: stated}, "linear", Radau(), 4) == "polynomial"
 
 
@@ -98,7 +98,7 @@ def degree_of(rates, controls="automatic"):
 def test_the_degree_of_the_first_mesh_suffices_for_a_long_chain(scheme):
     # the last of six integrators of a constant is t^6 / 720: degree 4, the default, misses it
     states = [State(f"x{i}") for i in range(6)]
-    u = Control("u", shape="constant", lower=-1, upper=1)
+    u = Control("u", piecewise="constant", lower=-1, upper=1)
     p = Phase(
         "chain", dict(zip(states, [u, *states], strict=False)), dict.fromkeys(states, 0), end=1.0
     )
@@ -113,7 +113,7 @@ def test_the_degree_of_the_first_mesh_suffices_for_a_long_chain(scheme):
 
 
 def test_the_degree_is_not_raised_beyond_the_highest():
-    x, v, u = State("x"), State("v"), Control("u", shape="constant")
+    x, v, u = State("x"), State("v"), Control("u", piecewise="constant")
     p = phase({x: v**9, v: u})
     problem = Problem("p", p, minimise=p.at_end(x))
     assert exact_degree(problem, p, Radau(), "automatic", 8) == 10
@@ -150,7 +150,7 @@ def test_controls_in_a_curved_limit_are_no_lines(limit, shape):
     problem = in_the_plane(limit)
     (p,) = problem.phases
     control = problem.controls["p"][0]
-    assert shape_of(problem, p, control, "automatic", Radau(), 4) == shape
+    assert variation_of(problem, p, control, "automatic", Radau(), 4) == shape
 
 
 def test_the_fastest_turn_within_a_circle_is_certified():

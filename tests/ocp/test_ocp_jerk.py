@@ -20,7 +20,7 @@ def least_peak(jerk):
 def turn(cap):
     """The problem and its control."""
     angle, rate, acceleration = State("angle", "rad"), State("rate"), State("acceleration")
-    jerk = Control("jerk", "rad/s^3", lower=-cap, upper=cap, shape="constant")
+    jerk = Control("jerk", "rad/s^3", lower=-cap, upper=cap, piecewise="constant")
     rest = {rate: 0.0, acceleration: 0.0}
     phase = Phase(
         "turn",

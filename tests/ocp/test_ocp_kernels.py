@@ -119,8 +119,8 @@ def test_any_overlap(columns, rows):
 def small_problem():
     """Two phases with everything that makes columns shared: free times, unknown, peak, link."""
     x, v, u = State("x"), State("v"), Control("u", lower=-3, upper=3)
-    steps, mass = Control("steps", shape="constant"), Unknown("mass", lower=0.5, upper=2)
-    ramp = Control("ramp", shape="linear")
+    steps, mass = Control("steps", piecewise="constant"), Unknown("mass", lower=0.5, upper=2)
+    ramp = Control("ramp", piecewise="linear")
     rates = {x: v * ca.cos(x), v: (u + steps * ramp) / mass - 0.1 * v**2}
     power = Bound("power", u * v, upper=5)
     first = Phase("first", rates, initial={x: 0, v: 1}, end=Between(0.5, 2), bounds=[power])

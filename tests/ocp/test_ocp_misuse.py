@@ -71,7 +71,10 @@ WRONG_KEYWORDS = {
         lambda: State("h", initial=2),
         r"State .* 'initial'; .*Phase\(initial=\{state: 2\}\)",
     ),
-    "Control": (lambda: Control("f", shap="linear"), r"Control .* 'shap'; did you mean 'shape'"),
+    "Control": (
+        lambda: Control("f", piecwise="linear"),
+        r"Control .* 'piecwise'; did you mean 'piecewise'",
+    ),
     "Algebraic": (lambda: Algebraic("z", ub=3), r"Algebraic .* 'ub'; write upper=3$"),
     "Unknown": (lambda: Unknown("k", initial=3), r"Unknown .* 'initial'; write guess=3$"),
     "Constant": (lambda: Constant("k", val=3), r"Constant .* 'val'; write value=3$"),

@@ -138,7 +138,7 @@ def test_a_first_mesh_is_kept_within_looser_tolerances(first: Solution) -> None:
 
 def test_constraints_are_imposed_between_the_points_of_what_was_merged() -> None:
     x, v = State("x", "m"), State("v", "m/s")
-    u = Control("u", "m/s^2", lower=-4.0, upper=4.0, shape="linear")
+    u = Control("u", "m/s^2", lower=-4.0, upper=4.0, piecewise="linear")
     phase = Phase(
         "race",
         {x: v, v: u},

@@ -59,7 +59,7 @@ def test_caps_that_are_apart_have_one_slope_each():
 def test_the_larger_of_two_peaks():
     # least peak of a u and b u with a mean u of 1 is max(a, b): at a = b only an increase counts
     a, b = Constant("a", value=1.0), Constant("b", value=1.0)
-    x, u = State("x"), Control("u", shape="constant")
+    x, u = State("x"), Control("u", piecewise="constant")
     phase = Phase("move", {x: u}, {x: 0}, {x: 1}, end=1.0)
     top = peak((phase, a * u), (phase, b * u), name="load")
     slopes = solve(Problem("move", [phase], minimise=top), settings=FEW).one_sided_sensitivities()

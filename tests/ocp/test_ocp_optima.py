@@ -15,7 +15,7 @@ PROMISED = 1e-5  # the objective tolerance of `Settings`
 
 
 def chain(shape=None, **limits):
-    return State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", shape=shape, **limits)
+    return State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", piecewise=shape, **limits)
 
 
 def rest_to_rest(shape):
@@ -64,7 +64,7 @@ def test_brachistochrone(name):
 def bryson_denham(shape):
     """Least effort with the position kept below l = 1/9: 4 / (9 l) = 4."""
     x, v = State("x", "m", upper=1 / 9), State("v", "m/s")
-    u = Control("u", "m/s^2", shape=shape)
+    u = Control("u", "m/s^2", piecewise=shape)
     phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1}, end=1.0)
     return Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)), x
 

@@ -72,7 +72,7 @@ def test_slopes_by_the_solvers_own_multipliers():
 def test_least_time(shape):
     # T^2 = 2 D (a + b) / (a b): dT/dD = T / (2 D), dT/da = -T b / (2 a (a + b))
     a, b, d = Constant("a", value=1.0), Constant("b", value=2.0), Constant("D", value=300.0)
-    x, v, u = State("x"), State("v"), Control("u", lower=-b, upper=a, shape=shape)
+    x, v, u = State("x"), State("v"), Control("u", lower=-b, upper=a, piecewise=shape)
     phase = Phase("dash", {x: v, v: u}, {x: 0, v: 0}, {x: d, v: 0}, end=Between(1, 100))
     slopes = solve(Problem("least time", [phase], minimise=phase.end_time)).sensitivities()
     expected = {
@@ -93,7 +93,7 @@ def test_least_peak_of_acceleration_under_a_jerk_limit():
     # D = A (T/2 - A/j) T/2 with T = 2: dA/dD = 1 / (1 - 2 A/j), dA/dj = -(A/j)^2 dA/dD
     distance, jerk = Constant("D", "m", 1.0), Constant("j", "m/s^3", 8.0)
     x, v, a = State("x"), State("v"), State("a")
-    j = Control("jerk", lower=-jerk, upper=jerk, shape="constant")
+    j = Control("jerk", lower=-jerk, upper=jerk, piecewise="constant")
     rest = {v: 0, a: 0}
     phase = Phase("move", {x: v, v: a, a: j}, {x: 0, **rest}, {x: distance, **rest}, end=2.0)
     problem = Problem("least peak", [phase], minimise=phase.peak(a, absolute=True))
@@ -156,7 +156,7 @@ def lift(jerk=8.0, distance=1.0):
     """Least peak of acceleration under a limited jerk."""
     x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
     cap = Constant("j", "m/s^3", jerk)
-    j = Control("jerk", lower=-cap, upper=cap, shape="constant")
+    j = Control("jerk", lower=-cap, upper=cap, piecewise="constant")
     rest = {v: 0, a: 0}
     phase = Phase("lift", {x: v, v: a, a: j}, {x: 0, **rest}, {x: distance, **rest}, end=2.0)
     return Problem("lift", [phase], minimise=phase.peak(a, absolute=True))

@@ -115,7 +115,7 @@ def ended(phase, by):
 
 
 def double_integrator():
-    x, v, u = State("x"), State("v"), Control("u", shape="constant")
+    x, v, u = State("x"), State("v"), Control("u", piecewise="constant")
     phase = Phase("move", {x: v, v: u}, end=1.0)
     return Problem("move", [phase], minimise=phase.integral(u**2)), (x, v, u)
 
@@ -164,7 +164,7 @@ def swing():
     """A driven pendulum with a constant, an unknown, running time and all shapes of control."""
     angle, rate = State("angle", "rad"), State("rate", "rad/s")
     push, lean, kick = (
-        Control(n, lower=-1, upper=1, shape=s)
+        Control(n, lower=-1, upper=1, piecewise=s)
         for n, s in (("push", "polynomial"), ("lean", "linear"), ("kick", "constant"))
     )
     gravity, drag = Constant("gravity", "1/s^2", 4.0), Unknown("drag", "1/s", 0.1, 0.4)

@@ -164,7 +164,7 @@ def test_numpy_opens_the_arrays_without_objects(found, tmp_path):
         for name in arrays:
             array = np.lib.format.read_array(io.BytesIO(archive.read(name)), allow_pickle=False)
             assert array.dtype.kind in "fi"
-    assert (text["format"], text["version"]) == ("ocp solution", 3)
+    assert (text["format"], text["version"]) == ("ocp solution", 4)
 
 
 def test_pickling_is_answered_with_what_to_write(found):
@@ -225,30 +225,11 @@ def test_a_path_that_leads_nowhere_is_named(found, tmp_path):
 
 def test_files_of_other_versions_are_refused(found, tmp_path):
     (tmp_path / "first").write_bytes(b"ocp solution 1\n" + pickle.dumps(Trap()))
-    with pytest.raises(ValueError, match="in file version 1, but this version of ocp reads 3"):
+    with pytest.raises(ValueError, match="in file version 1, but this version of ocp reads 4"):
         load(tmp_path / "first")
-    path = changed(found, tmp_path / "later", lambda text: text.update(version=4))
-    with pytest.raises(ValueError, match=r"in file version 4, but .*solve again and save it"):
+    path = changed(found, tmp_path / "later", lambda text: text.update(version=5))
+    with pytest.raises(ValueError, match=r"in file version 5, but .*solve again and save it"):
         load(path)
-
-
-def test_automatic_shapes_of_version_2_had_all_coefficients(tmp_path):
-    x, u = State("x"), Control("u", lower=-1, upper=1)
-    move = Phase("move", {x: u - x}, {x: 0}, {x: 0.5}, end=3)
-    problem = Problem("flat", move, minimise=move.integral(x**2))
-    of_then = solve(problem, settings=Settings(controls="full"))
-
-    def as_then(text):
-        text["version"] = 2
-        of_class(text, "Iterate")["fields"]["controls"] = "automatic"
-
-    loaded = load(changed(of_then, tmp_path / "then", as_then))
-    assert loaded.iterate.controls == "full"
-    assert loaded.iterate.transcription.program.variables == loaded.iterate.x.size
-    assert certify(loaded).passed
-    again = solve(loaded.problem, guess=loaded)
-    assert again.iterate.controls == "automatic"
-    assert again.objective == pytest.approx(of_then.objective, rel=1e-6)
 
 
 def test_truncated_files_are_refused_at_every_length(found, tmp_path):

@@ -103,7 +103,7 @@ class Loosening:
             )
         scale = self.scales.signals[symbol.name]
         if isinstance(symbol, Control):
-            return Control(symbol.name, symbol.unit, scale=scale, shape="constant")
+            return Control(symbol.name, symbol.unit, scale=scale, piecewise="constant")
         return type(symbol)(symbol.name, symbol.unit, scale=scale)
 
     def _rewritten(self, expression: Any) -> ca.SX:

@@ -36,7 +36,7 @@ from ocp.problem.phase import Phase, kept_alive
 from ocp.problem.symbols import (
     Constant,
     Control,
-    ControlShape,
+    Piecewise,
     Signal,
     Symbol,
     is_limited,
@@ -210,16 +210,16 @@ class _Kink:
 def _made(kink: _Kink, name: str) -> Epigraph:
     """The control that takes the place of a kink."""
     # it is no control of the plant: however coarse these are, it follows its sides
-    shape: ControlShape = "automatic"
+    shape: Piecewise = "automatic"
     whole, size = kink.whole, kink.size
     if size is not None:
         scale = size.typical
         return VectorSize(
-            name, size.unit, 0.0, scale=scale, shape=shape, largest=whole, square=size.square
+            name, size.unit, 0.0, scale=scale, piecewise=shape, largest=whole, square=size.square
         )
     least = max((float(side) for side in kink.sides if side.is_constant()), default=-math.inf)
     unit = unit_of(whole) or "1"
-    return Epigraph(name, unit, least, shape=shape, sides=tuple(kink.sides), largest=whole)
+    return Epigraph(name, unit, least, piecewise=shape, sides=tuple(kink.sides), largest=whole)
 
 
 def _unlike(name: str, others: Sequence[str]) -> str:

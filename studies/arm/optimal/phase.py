@@ -316,7 +316,7 @@ def drive_signals(
             f"slope of the rate of {name} torque",
             "N m/s^2",
             scale=bend_scale * unit / duration**2,
-            shape="constant",
+            piecewise="constant",
         ),
     )
 

@@ -67,7 +67,7 @@ def _problem(stage: Stage, caps: list[float]) -> Problem:
     q = [State(f"{name} angle", "rad") for name in JOINT_NAMES]
     v = [State(f"rate of {name} angle", "rad/s", scale=1.0 / T) for name in JOINT_NAMES]
     tau = [
-        Control(f"{name} torque", "N m", lower=-cap, upper=cap, shape="constant")
+        Control(f"{name} torque", "N m", lower=-cap, upper=cap, piecewise="constant")
         for name, cap in zip(JOINT_NAMES, caps, strict=True)
     ]
 
