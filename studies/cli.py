@@ -24,6 +24,7 @@ from typing import Any, NoReturn
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
+from studies.common.key_flags import naming_flags, typed_flags
 
 PROGRAM = "antenna-ocp"
 
@@ -312,6 +313,7 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
         return argparse.Namespace(), _say(overview(name))
     rest = words[len(name.split()) :]
     _refuse_former_flags(name, rest)
+    _refuse_dashes(rest)
 
     parser = build_parser(name)
     options, unknown = parser.parse_known_args(rest)
@@ -320,7 +322,8 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     _refuse_repeated_flags(rest, parser)
     if COMMANDS[name].loads:
         importlib.import_module(COMMANDS[name].loads)
-    return options, _named(COMMANDS[name].module, COMMANDS[name].run)
+    run = _named(COMMANDS[name].module, COMMANDS[name].run)
+    return options, _with_flags_named(run, typed_flags(parser, options))
 
 
 class _Parser(argparse.ArgumentParser):
@@ -413,6 +416,26 @@ def _refuse_repeated_flags(words: Sequence[str], parser: argparse.ArgumentParser
             raise StudyError(f"{action.option_strings[-1]} is given twice; leave one of them out")
 
 
+def _refuse_dashes(words: Iterable[str]) -> None:
+    """StudyError if the value of a flag is `--`: the parser would take it for no value at all."""
+    for word in words:
+        flag, _, value = word.partition("=")
+        if flag.startswith("--") and value == "--":
+            raise StudyError(f"{flag} is '--', which is no value; give one")
+
+
+def _with_flags_named(run: Run, typed: Mapping[str, str]) -> Run:
+    """A run whose errors name the flags that were typed, and not the keys that these state."""
+
+    def named(options: argparse.Namespace, console: Console) -> ExitCode:
+        try:
+            return run(options, console)
+        except StudyError as error:
+            raise StudyError(naming_flags(str(error), typed), error.exit_code) from error
+
+    return named
+
+
 def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:
     """What to say of an argument that a sub-command does not have."""
     if not word.startswith("-"):
@@ -422,12 +445,12 @@ def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:
 
 
 def _suggestion(word: str, known: Iterable[str]) -> str:
-    import difflib  # for errors only
+    from studies.common.configuration import nearest  # for errors only
 
     # the dashes would count as a likeness
     by_name = {name.lstrip("-"): name for name in known}
-    near = difflib.get_close_matches(word.lstrip("-"), by_name, n=1)
-    return f"did you mean {by_name[near[0]]}?" if near else f"choose one of {', '.join(known)}"
+    near = nearest(word.lstrip("-"), by_name)
+    return f"did you mean {by_name[near]}?" if near else f"choose one of {', '.join(known)}"
 
 
 def _say(text: str) -> Run:

@@ -1,8 +1,13 @@
-"""Flags that state one key of a study each, on top of its file."""
+"""Flags that state one key of a study each, on top of its file.
+
+The `dest` of such a flag is the key with its tables, as `caps.force`, so that a sentence about the
+key can name the flag that was typed.
+"""
 
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,8 +17,8 @@ KeyFlags = Mapping[str, tuple[tuple[str, ...], str]]
 
 def add_key_flags(parser: argparse.ArgumentParser, flags: KeyFlags) -> None:
     """Let a command take the flags."""
-    for flag, (_, text) in flags.items():
-        parser.add_argument(flag, metavar="X", help=text)
+    for flag, (place, text) in flags.items():
+        parser.add_argument(flag, dest=".".join(place), metavar="X", help=text)
 
 
 def put_key_flags(raw: dict[str, Any], options: argparse.Namespace, flags: KeyFlags) -> None:
@@ -26,7 +31,30 @@ def put_key_flags(raw: dict[str, Any], options: argparse.Namespace, flags: KeyFl
     """
     from studies.common.configuration import as_number, put  # loads the schema library
 
-    for flag, (place, _) in flags.items():
-        text = getattr(options, flag.removeprefix("--").replace("-", "_"))
+    for place, _ in flags.values():
+        text = getattr(options, ".".join(place))
         if text is not None:
             put(raw, place, as_number(text))
+
+
+def typed_flags(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str]:
+    """The flags that were typed, by what they state."""
+    return {
+        action.dest: action.option_strings[-1]
+        for action in parser._actions
+        if action.option_strings
+        and getattr(options, action.dest, action.default) != parser.get_default(action.dest)
+    }
+
+
+def naming_flags(sentence: str, typed: Mapping[str, str]) -> str:
+    """A sentence about keys of a study, with the flags that were typed in their place.
+
+    A key without a table, as `duration`, is an everyday word, too: it is a key if the sentence
+    begins with it and says its value.
+    """
+    for key, flag in typed.items():
+        name = re.escape(key)
+        stands = rf"(?<![\w.]){name}(?!\.?\w)" if "." in key else rf"^{name}(?= (is|runs|states) )"
+        sentence = re.sub(stands, flag, sentence)
+    return sentence

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.key_flags import typed_flags
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,10 +79,10 @@ def take_up(
 
     parser = argparse.ArgumentParser()
     add_arguments(parser)
+    typed = typed_flags(parser, options)
     for name, value in vars(options).items():
         if name not in ("resume", "no_figures") and value != parser.get_default(name):
-            flag = name.split(".")[-1].replace("_", "-")
-            what = "a study" if name == "study" else f"--{flag}"
+            what = typed.get(name, "a study")
             raise StudyError(
                 f"--resume goes on with the study in {options.resume}, and takes no other words, "
                 f"but {what} is given; leave it out"

@@ -30,7 +30,7 @@ FAST = (*TIMELESS, "--duration", "5")
         ((*TIMELESS, "--duration", "nan"), 2, "duration is nan"),
         ((*TIMELESS, "--duration", "inf"), 2, "duration is inf"),
         ((*TIMELESS, "--duration=-5"), 2, "duration is -5"),
-        ((*FAST, "--friction", "a"), 2, "pulley"),
+        ((*FAST, "--friction", "a"), 2, "--friction is 'a'; give"),
         ((*FAST, "--parameter", "crank=nan"), 2, "crank"),
         ((*FAST, "--parameter", "crank=0.6"), 2, "crank"),
         ((*FAST, "--parameter", "bar_length=0.8"), 2, "bar_length"),
