@@ -405,14 +405,17 @@ def _number(value: Any) -> float:
     if value is None:
         return math.nan
     if not isinstance(value, int | float) or isinstance(value, bool):
-        raise TypeError(f"{value!r} is no number")
+        raise TypeError(f"{quoted(value)} is no number")
     return float(value)
+
+
+_IN_WORDS = {dict: "table", list: "list", str: "text", int: "whole number", bool: "true or false"}
 
 
 def _exactly(kind: type) -> Callable[[Any], Any]:
     def read(value: Any) -> Any:
         if not isinstance(value, kind):
-            raise TypeError(f"{value!r} is no {kind.__name__}")
+            raise TypeError(f"{quoted(value)} is no {_IN_WORDS[kind]}")
         return value
 
     return read

@@ -12,6 +12,7 @@ from ocp.arrays import Array
 
 # bytes that all arrays may unpack to: constant columns pack a thousand times, numbers twice
 ROOM, TIMES_THE_FILE = 32_000_000, 4
+ENCRYPTED = 0x1  # among the flags of a member
 
 
 def stored_arrays(path: Path, names: Iterable[str]) -> dict[str, Array]:
@@ -42,8 +43,13 @@ def _check_room(path: Path, unpacked: int) -> None:
 
 
 def _doubles(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Array:
+    if info.flag_bits & ENCRYPTED:
+        raise ValueError(f"{info.filename} is encrypted")
     with archive.open(info) as member:
-        values = np.lib.format.read_array(member, allow_pickle=False)
+        try:
+            values = np.lib.format.read_array(member, allow_pickle=False)
+        except MemoryError as error:
+            raise ValueError(f"{info.filename} states more numbers than it holds") from error
     if values.dtype != float:
         raise ValueError(f"{info.filename} holds {values.dtype} and no doubles")
     return values
