@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -241,6 +242,15 @@ FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
 }
 
 
+# What the parser says, and what we say.
+ARGPARSE_WORDS = {
+    r"^argument (\S+): expected one argument$": r"\1 has no value",
+    r"^argument (\S+): ignored explicit argument (.*)$": r"\1 takes no value, but \2 is given",
+    r"^argument (\S+): invalid choice: (.*) \((choose from .*)\)$": r"\1 is \2; \3",
+    r"^argument (--\S+): ": r"\1: ",
+}
+
+
 def main(
     arguments: Sequence[str] | None = None, listen: Callable[[], object] = lambda: None
 ) -> int:
@@ -330,6 +340,8 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one sentence, as all errors of the command are."""
 
     def error(self, message: str) -> NoReturn:
+        for theirs, ours in ARGPARSE_WORDS.items():
+            message = re.sub(theirs, ours, message)
         raise StudyError(f"{message}; {self.prog} --help explains")
 
 

@@ -50,11 +50,12 @@ def typed_flags(parser: argparse.ArgumentParser, options: argparse.Namespace) ->
 def naming_flags(sentence: str, typed: Mapping[str, str]) -> str:
     """A sentence about keys of a study, with the flags that were typed in their place.
 
-    A key without a table, as `duration`, is an everyday word, too: it is a key if the sentence
+    A key without its table, as `duration`, is an everyday word, too: it is a key if the sentence
     begins with it and says its value.
     """
     for key, flag in typed.items():
-        name = re.escape(key)
-        stands = rf"(?<![\w.]){name}(?!\.?\w)" if "." in key else rf"^{name}(?= (is|runs|states) )"
-        sentence = re.sub(stands, flag, sentence)
+        last = re.escape(key.split(".")[-1])
+        sentence = re.sub(rf"^{last}(?= (is|runs|states) )", flag, sentence)
+        if "." in key:
+            sentence = re.sub(rf"(?<![\w.]){re.escape(key)}(?!\.?\w)", flag, sentence)
     return sentence

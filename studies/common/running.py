@@ -149,10 +149,14 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
     StudyError
         If it cannot be met, its folder cannot be opened, or it was not solved.
     """
+    from models.errors import ModelError
     from studies.common.folder import ResultsFolder, open_results, provenance
     from studies.common.result import Result
 
-    job.check()
+    try:
+        job.check()
+    except ModelError as error:  # the mechanics say themselves which number they cannot take
+        raise StudyError(str(error)) from error
     if job.resume is not None:
         folder = ResultsFolder(job.resume)
     else:

@@ -145,7 +145,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         "lines": len(rows),
         "without a fault": len(rows) - len(wrong),
         **{f"exit code {code}": codes.count(code) for code in sorted(set(codes))},
-        "longest silence [s]": f"{max((row.get('silent', 0.0) for row in rows)):.1f}",
+        "longest silence [s]": f"{max(row.get('silent', 0.0) for row in rows):.1f}",
     }
     totals = Table("In total", ("", ""), [(name, str(value)) for name, value in total.items()])
     return [Table("Lines with a fault", head, cells), totals]

@@ -40,7 +40,7 @@ TRUSS = ("truss", "--objective", "peak-acceleration", "--duration", "5", *COARSE
 MADE: Mapping[str, Sequence[str]] = {
     "truss": (*TRUSS, "--results", "DIR"),
     "sweep": ("sweep", "SWEEP", "--workers", "1", "--no-figures", "--results", "DIR"),
-    "check": ("check", "TRUSS/profile.csv", "--no-optimum", "--no-figures", "--results", "DIR"),
+    "check": ("check", "PROFILE", "--no-optimum", "--no-figures", "--results", "DIR"),
 }
 
 # what reads a folder: all of them, and those of one kind
@@ -87,7 +87,12 @@ def answer(question: Question, folder: Path) -> Row:
     shutil.copytree(made / kind, copy, dirs_exist_ok=True)
     what = _damage(copy, question["file"], np.random.default_rng(question["drawn"]))
 
-    places = {"DIR": copy, "OUT": folder / "out", "WHOLE": made / kind, "SWEEP": made / "sweep.toml"}
+    places = {
+        "DIR": copy,
+        "OUT": folder / "out",
+        "WHOLE": made / kind,
+        "SWEEP": made / "sweep.toml",
+    }
     words = [str(places.get(word, word)) for word in question["words"]]
     before = _peak_memory()
     out, said = io.StringIO(), io.StringIO()
@@ -112,16 +117,21 @@ def _made(cases: Path) -> Path:
     place = cases.parent / "made"
     place.mkdir(exist_ok=True)
     (place / "sweep.toml").write_text(SWEEP)
-    stands_for = {"SWEEP": str(place / "sweep.toml")}
     for kind, words in MADE.items():
-        if not (place / kind).exists():
-            draft = place / f"{kind}.draft"
-            shutil.rmtree(draft, ignore_errors=True)
-            known = {**stands_for, "DIR": str(draft), "TRUSS/profile.csv": f"{place}/truss/profile.csv"}
-            code, said = run_command([known.get(word, word) for word in words], place / f"{kind}.txt")
-            if code:
-                raise RuntimeError(f"{kind} was not made: {said[-300:]}")
-            draft.rename(place / kind)
+        if (place / kind).exists():
+            continue
+        draft = place / f"{kind}.draft"
+        shutil.rmtree(draft, ignore_errors=True)
+        known = {
+            "DIR": draft,
+            "SWEEP": place / "sweep.toml",
+            "PROFILE": place / "truss" / "profile.csv",
+        }
+        command = [str(known.get(word, word)) for word in words]
+        code, said = run_command(command, place / f"{kind}.txt")
+        if code:
+            raise RuntimeError(f"{kind} was not made: {said[-300:]}")
+        draft.rename(place / kind)
     return place
 
 
@@ -164,7 +174,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         "folders": len(rows),
         "without a fault": sum(not (row["failure"] or row["faults"]) for row in rows),
         "refused in a sentence": sum(row.get("code", 0) != 0 for row in rows),
-        "largest peak memory [MB]": f"{max((row.get('memory', 0.0) for row in rows)):.0f}",
+        "largest peak memory [MB]": f"{max(row.get('memory', 0.0) for row in rows):.0f}",
     }
     totals = Table("In total", ("", ""), [(name, str(value)) for name, value in total.items()])
     return [Table("Damaged folders", head, cells), totals]

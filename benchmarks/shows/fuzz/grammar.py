@@ -21,7 +21,9 @@ from studies.common.configuration import key_lines
 FAST = ("--intervals", "8", "--starts", "straight", "--seconds", "20")
 TRUSS = ("--objective", "peak-acceleration", "--duration", "5", *FAST)
 TRUSS_STUDY = "studies.truss.config:TrussStudy"
-SMOOTH = 'minimise = "energy"\nduration = 5\nsolver.intervals = 8\nsolver.starts = ["straight"]\n'
+SMOOTH = (
+    'minimise = "peak-force"\nduration = 5\nsolver.intervals = 8\nsolver.starts = ["straight"]\n'
+)
 
 
 @dataclass(frozen=True)
@@ -46,35 +48,36 @@ class Kind:
 KINDS: Mapping[str, Kind] = {
     "truss": Kind(TRUSS, TRUSS_STUDY, SMOOTH, 20.0),
     "codesign": Kind(
-        (*TRUSS, "--designs", "1"),
+        ("--objective", "peak-force", *TRUSS[2:], "--designs", "1"),
         f"{TRUSS_STUDY} design=studies.codesign.config:DesignSpace",
         SMOOTH,
         20.0,
     ),
     "robust truss": Kind(
-        (*TRUSS, "--draws", "20", "--coarse"),
+        ("STUDY", "--draws", "20", "--coarse", "--seconds", "20"),
         f"{TRUSS_STUDY} robust=studies.robust.config:Uncertainty",
-        SMOOTH + "robust.scatter.pulley_friction = 0.01\n",
+        SMOOTH + "robust.scenarios.rough.pulley_friction = 0.015\n",
     ),
     "pareto truss": Kind(
         ("--objectives", "time,peak-acceleration", "--duration", "4..6", "--points", "3", *FAST),
         f"{TRUSS_STUDY} pareto=studies.pareto.config:TradeOff",
         'pareto.objectives = ["time", "energy"]\nduration = [4, 6]\npareto.points = 3\n',
     ),
-    "check": Kind(
-        ("PROFILE", "--no-optimum"), TRUSS_STUDY, 'minimise = "energy"\n'
-    ),
+    "check": Kind(("PROFILE", "--no-optimum"), TRUSS_STUDY, 'minimise = "energy"\n'),
     "flex": Kind(
         ("--preset", "single-pendulum", "--duration", "0.1", "--elements", "1", "--no-sweep"),
         "studies.flex.config:FlexStudy",
-        "duration = 0.1\ngravity = [0.0, -9.81]\nelements = 1\n[[link]]\nlength = 1.2\narea = 0.0018\n"
-        "second_moment = 1.2e-8\nmodulus = 2e9\ndensity = 5540.0\n[[joint]]\nkind = 'free'\n",
+        "duration = 0.1\ngravity = [0.0, -9.81]\nelements = 1\n[[link]]\nlength = 1.2\n"
+        "area = 0.0018\nsecond_moment = 1.2e-8\nmodulus = 2e9\ndensity = 5540.0\n"
+        "[[joint]]\nkind = 'free'\n",
     ),
     "arm solve": Kind((), "studies.arm:ArmStudy", 'stage = "big"\n'),
     "arm baselines": Kind((), "studies.arm:BaselinesStudy", 'stage = "big"\n'),
     "arm least-duration": Kind((), "studies.arm:LeastDurationStudy", 'stage = "big"\n'),
     "arm sequence": Kind((), "studies.arm:SequenceStudy", 'least = "peak-torque"\n'),
-    "pareto arm": Kind(("--coarse", "--seconds", "20"), "studies.arm:TradeOffStudy", "coarse = true\n"),
+    "pareto arm": Kind(
+        ("--coarse", "--seconds", "20"), "studies.arm:TradeOffStudy", "coarse = true\n"
+    ),
     "robust arm": Kind((), "studies.arm:RobustStudy", 'stage = "big"\n'),
     "mission": Kind((), "studies.mission.config:MissionStudy", "refine = false\n"),
     "paper": Kind((), "studies.paper.config:PaperStudy", "elements = 1\n"),
@@ -90,12 +93,54 @@ KINDS: Mapping[str, Kind] = {
 assert set(KINDS) == set(COMMANDS)
 
 NUMBERS = (
-    *("0", "-1", "1", "2", "3", "0.5", "5", "1e-9", "1e-300", "1e9", "1e18", "1e308", "1e400", "nan"),
+    *(
+        "0",
+        "-1",
+        "1",
+        "2",
+        "3",
+        "0.5",
+        "5",
+        "1e-9",
+        "1e-300",
+        "1e9",
+        "1e18",
+        "1e308",
+        "1e400",
+        "nan",
+    ),
     *("inf", "-inf", "-0.0", "0x10", "1_0", "\u0661\u0662", "5,5", "5 s", "9" * 309, "9" * 5000),
 )
 WORDS = (
-    *("", " ", "--", "-", "abc", "none", "true", "bezier", "energy", "200/T^3", "-1/T^3", "1e400/T^3"),
-    *("1..2", "2..1", "1..", "..", "1..2..3", "a,b", ",", ",,", "a=b", "=", "link=0.1", "link=", "x.y=1"),
+    *(
+        "",
+        " ",
+        "--",
+        "-",
+        "abc",
+        "none",
+        "true",
+        "bezier",
+        "energy",
+        "200/T^3",
+        "-1/T^3",
+        "1e400/T^3",
+    ),
+    *(
+        "1..2",
+        "2..1",
+        "1..",
+        "..",
+        "1..2..3",
+        "a,b",
+        ",",
+        ",,",
+        "a=b",
+        "=",
+        "link=0.1",
+        "link=",
+        "x.y=1",
+    ),
     *("../x", "/dev/null", ".", "%s", "{0}", "\n", "a\nb", "\t", "\u2028", "\u00e9" * 9, "x" * 300),
     *("big", "small", "both", "torque", "angle", "time", "peak-force", "[1, 2]", "{}", "'a'", '"'),
 )
@@ -127,17 +172,21 @@ class Line:
 def draw(rng: np.random.Generator, name: str) -> Line:
     """Draw a line of a sub-command."""
     kind = KINDS[name]
-    line = Line(name, list(kind.words), {"SWEEP": KINDS["sweep"].text.encode()})
-    if kind.study and rng.random() < 0.4:
+    files = {"SWEEP": KINDS["sweep"].text.encode(), "STUDY": kind.text.encode()}
+    line = Line(name, list(kind.words), files)
+    stated = bool(kind.study) and rng.random() < 0.4
+    if stated:
         _state(rng, line, kind)
     ways = (*[_other_value] * 8, _cut, _misspelt, _extra, _twice, _file)
-    for _ in range(int(rng.integers(1, 4)) if not line.files.get("STUDY") else 1):
+    for _ in range(1 if stated else int(rng.integers(1, 4))):
         ways[int(rng.integers(len(ways)))](rng, line)
     return line
 
 
 def _flags(name: str) -> list[argparse.Action]:
-    return [action for action in build_parser(name)._actions if action.option_strings[1:2] != ["--help"]]
+    return [
+        action for action in build_parser(name)._actions if action.option_strings[1:2] != ["--help"]
+    ]
 
 
 def _one(rng: np.random.Generator, values: Sequence[str]) -> str:
@@ -223,7 +272,7 @@ def _state(rng: np.random.Generator, line: Line, kind: Kind) -> None:
     line.files["SWEEP" if line.name == "sweep" else "STUDY"] = _text(rng, kind)
     if line.name == "flex":
         line.words = []
-    if line.name != "sweep":
+    if line.name != "sweep" and "STUDY" not in line.words:
         line.words.insert(1 if line.name == "check" else 0, "STUDY")
 
 
