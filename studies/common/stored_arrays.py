@@ -9,10 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ocp.arrays import Array
-
-# bytes that all arrays may unpack to: constant columns pack a thousand times, numbers twice
-ROOM, TIMES_THE_FILE = 32_000_000, 4
-ENCRYPTED = 0x1  # among the flags of a member
+from ocp.solution.files import check_room
 
 
 def stored_arrays(path: Path, names: Iterable[str]) -> dict[str, Array]:
@@ -31,20 +28,13 @@ def stored_arrays(path: Path, names: Iterable[str]) -> dict[str, Array]:
         with zipfile.ZipFile(path) as archive:
             held = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
             members = {name: held[name] for name in names if name in held}
-            _check_room(path, sum(info.file_size for info in members.values()))
+            check_room(members.values(), path.stat().st_size)
             return {name: _doubles(archive, info) for name, info in members.items()}
     except Exception as error:
         raise ValueError((str(error) or type(error).__name__).splitlines()[0]) from error
 
 
-def _check_room(path: Path, unpacked: int) -> None:
-    if unpacked > ROOM + TIMES_THE_FILE * path.stat().st_size:
-        raise ValueError(f"its arrays unpack to {unpacked / 1e6:.0f} MB, too much for its size")
-
-
 def _doubles(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Array:
-    if info.flag_bits & ENCRYPTED:
-        raise ValueError(f"{info.filename} is encrypted")
     with archive.open(info) as member:
         try:
             values = np.lib.format.read_array(member, allow_pickle=False)
