@@ -57,20 +57,19 @@ def _parsed(text: str, read: Callable[[str], Any]) -> Any:
 
 def _check(content: Any) -> None:
     """Refuse lists and tables that are nested too deeply, and whole numbers beyond a double."""
-    level = [[content]]
+    groups: list[Any] = [[content]]
     for _ in range(DEEPEST + 1):
-        level = [item for group in level for item in _items(group)]
-        if not level:
-            return
-        if any(type(item) is int and abs(item) > sys.float_info.max for item in level):
+        items = [item for group in groups for item in _items(group)]
+        if any(type(item) is int and abs(item) > sys.float_info.max for item in items):
             raise _too_large("beyond 1.8e308")
+        groups = [item for item in items if isinstance(item, Mapping | list)]
+        if not groups:
+            return
     raise _too_deep()
 
 
 def _items(group: Any) -> Iterable[Any]:
-    if isinstance(group, Mapping):
-        return group.values()
-    return group if isinstance(group, list) else ()
+    return group.values() if isinstance(group, Mapping) else group
 
 
 def _too_deep() -> ValueError:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-Bytes = Callable[[bytes, np.random.Generator], bytes]
+Way = Callable[[bytes, np.random.Generator], bytes]
 
 # what takes the place of a value of JSON; the last two are texts that no reader makes of a value
 ODD: tuple[Any, ...] = (
@@ -219,12 +219,12 @@ def _archive(stream: io.BytesIO) -> zipfile.ZipFile:
     return zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
 
 
-OF_TEXT: tuple[Bytes, ...] = (truncated, flipped, emptied, no_utf8)
-OF_JSON: tuple[Bytes, ...] = (*OF_TEXT, nested, long_number, odd_value, odd_value, lost_key, crowd)
-OF_ARRAYS: tuple[Bytes, ...] = (
+OF_TEXT: tuple[Way, ...] = (truncated, flipped, emptied, no_utf8)
+OF_JSON: tuple[Way, ...] = (*OF_TEXT, nested, long_number, odd_value, odd_value, lost_key, crowd)
+OF_ARRAYS: tuple[Way, ...] = (
     *(truncated, flipped, emptied, encrypted, unknown_compression),
     *(huge_shape, broken_header, other_kind, other_kind, lost_series, bomb),
 )
-OF_SOLUTIONS: tuple[Bytes, ...] = (
+OF_SOLUTIONS: tuple[Way, ...] = (
     *(truncated, flipped, emptied, encrypted, unknown_compression, nested_inside),
 )
