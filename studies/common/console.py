@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TextIO
 
-LONGEST_LINE = 190  # characters of a line of a message, so that none has more than 200
+LONGEST_LINE = 198  # characters of a line of a message, before a semicolon or behind its indent
 QUIET = 10.0  # [s] between lines of progress where there is no terminal
 
 

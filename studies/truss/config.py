@@ -328,10 +328,12 @@ def study_from(raw: Mapping[str, Any]) -> TrussStudy:
     """
     check_keys(raw, [field.name for field in dataclasses.fields(TrussStudy)])
     if "minimise" not in raw:
-        known = ", ".join(OBJECTIVES)
         # what else is wrong is said first: this would hide it
         from_mapping(TrussStudy, {**raw, "minimise": "energy"})
-        raise StudyError(f"no objective is stated; give --objective or minimise, one of {known}")
+        raise StudyError(
+            "no objective is stated; give --objective, as --objective peak-force, or minimise in a "
+            "file; antenna-ocp truss --help lists all"
+        )
     return from_mapping(TrussStudy, raw)
 
 

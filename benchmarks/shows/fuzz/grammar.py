@@ -92,6 +92,7 @@ KINDS: Mapping[str, Kind] = {
 }
 assert set(KINDS) == set(COMMANDS)
 
+LIKELY = ("0.01", "0.1", "0.5", "1", "2", "3", "5", "10", "20", "60", "100", "1000")
 NUMBERS = (
     *(
         "0",
@@ -178,7 +179,7 @@ def draw(rng: np.random.Generator, name: str) -> Line:
     if stated:
         _state(rng, line, kind)
     ways = (*[_other_value] * 8, _cut, _misspelt, _extra, _twice, _file)
-    for _ in range(1 if stated else int(rng.integers(1, 4))):
+    for _ in range(int(rng.integers(0, 2) if stated else rng.integers(1, 4))):
         ways[int(rng.integers(len(ways)))](rng, line)
     return line
 
@@ -194,7 +195,7 @@ def _one(rng: np.random.Generator, values: Sequence[str]) -> str:
 
 
 def _value(rng: np.random.Generator) -> str:
-    return _one(rng, NUMBERS if rng.random() < 0.6 else WORDS)
+    return _one(rng, (LIKELY, NUMBERS, WORDS)[rng.choice(3, p=(0.4, 0.35, 0.25))])
 
 
 def _flag(rng: np.random.Generator, line: Line) -> argparse.Action:
