@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
 from studies.common.console import Console
@@ -76,7 +77,7 @@ def _with_flags(raw: dict[str, Any], options: argparse.Namespace) -> dict[str, A
             f"--objective {options.minimise} is one; a trade-off needs two or three: "
             "--objectives A,B"
         )
-    readers = {
+    readers: dict[str, Callable[[str], Any]] = {
         "objectives": lambda text: [word.strip() for word in text.split(",")],
         "points": as_number,
         "slices": str,

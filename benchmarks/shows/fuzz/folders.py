@@ -62,6 +62,8 @@ GOES_ON: Mapping[str, Sequence[str]] = {
     "truss": ("truss", "--resume", "DIR", "--no-figures"),
     "sweep": ("sweep", "SWEEP", "--workers", "1", "--no-figures", "--results", "DIR"),
 }
+READ_FILES = ("result.json", "arrays.npz")
+RESUMED_FILES = ("result.json", "input.toml", "starts/*", "cases/*/*", "provenance.json")
 RESUMED = 0.25  # share of the cases
 
 
@@ -72,11 +74,14 @@ def question(seed: int, index: int) -> Question:
     kind = str(rng.choice([*GOES_ON] if resumed else [*MADE]))
     readers = READ_BY[kind]
     words = GOES_ON[kind] if resumed else readers[int(rng.integers(len(readers)))]
-    files = ("result.json", "arrays.npz")
-    if resumed:
-        files = ("result.json", "input.toml", *("starts/*", "cases/*/*", "provenance.json"))
+    files = RESUMED_FILES if resumed else READ_FILES
     drawn = int(rng.integers(2**31))  # of the damage
-    return {"kind": kind, "words": list(words), "file": str(rng.choice(files)), "drawn": drawn}
+    return {
+        "kind": kind,
+        "words": list(words),
+        "file": str(rng.choice(list(files))),
+        "drawn": drawn,
+    }
 
 
 def answer(question: Question, folder: Path) -> Row:
