@@ -106,16 +106,15 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Write the motion."""
     from studies.common.result import reading
 
-    _refuse_contradictions(options)
     with reading(options.results):
         return _export(options, console)
 
 
 def _export(options: argparse.Namespace, console: Console) -> ExitCode:
-    """Load the result, and write its motion."""
     from studies.common.result import Result
     from studies.export.source import source_of, with_motion
 
+    _refuse_contradictions(options)
     result = Result.load(options.results)
     if not result.arrays:
         raise StudyError(f"the result in {options.results} has no arrays to export")

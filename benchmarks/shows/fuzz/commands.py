@@ -45,10 +45,10 @@ def question(seed: int, index: int) -> Question:
     return {"name": name, "words": line.words, "files": files}
 
 
-class Watched(io.StringIO):
+class Listened(io.StringIO):
     """Standard error or output that notes how long nothing was written to it."""
 
-    def __init__(self, watch: Watch) -> None:
+    def __init__(self, watch: Silence) -> None:
         super().__init__()
         self.watch = watch
 
@@ -58,7 +58,7 @@ class Watched(io.StringIO):
         return super().write(text)
 
 
-class Watch:
+class Silence:
     """The longest time without a line, of this process's processor time."""
 
     def __init__(self) -> None:
@@ -74,8 +74,8 @@ class Watch:
 def answer(question: Question, folder: Path) -> Row:
     """Carry the line out."""
     kind, words = KINDS[question["name"]], _with_files(question, folder)
-    began, watch = time.process_time(), Watch()
-    out, said = Watched(watch), Watched(watch)
+    began, watch = time.process_time(), Silence()
+    out, said = Listened(watch), Listened(watch)
     budget = kind.budget if "--seconds" in question["words"] else 0.0
     stop = threading.Timer(BUDGET, os.kill, (os.getpid(), signal.SIGTERM))
     stop.daemon = True
