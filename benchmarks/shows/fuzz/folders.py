@@ -30,11 +30,11 @@ MOST_MEMORY = 500.0  # [MB]
 SWEEP = """coarse = true
 [base]
 minimise = "energy"
-solver = { intervals = 8, starts = ["straight"], seconds = 5 }
+solver = { intervals = 8, starts = ["straight"], seconds = 60 }
 [parameters]
 duration = [4.0, 5.0]
 """
-COARSE = ("--intervals", "8", "--starts", "straight", "--seconds", "5", "--no-figures")
+COARSE = ("--intervals", "8", "--starts", "straight", "--seconds", "60", "--no-figures")
 TRUSS = ("truss", "--objective", "peak-acceleration", "--duration", "5", *COARSE)
 # the folders by name, each with the words that make it in place of DIR
 MADE: Mapping[str, Sequence[str]] = {

@@ -1,6 +1,7 @@
 """Command lines and study files drawn at random, out of the flags and keys that there are.
 
-A line begins as one that is cheap to carry out. Then one to three things of it are spoilt: values
+A line begins as one that is cheap to carry out. Some get other numbers that somebody may mean. Of
+the others one to three things are spoilt: values
 at a boundary, of a wrong type or hostile, flags without value, twice, misspelt or cut short, files
 that are missing, cut off or of another kind.
 """
@@ -92,6 +93,7 @@ KINDS: Mapping[str, Kind] = {
 }
 assert set(KINDS) == set(COMMANDS)
 
+MEANT = 0.3  # share of lines in which nothing is spoilt on purpose
 LIKELY = ("0.01", "0.1", "0.5", "1", "2", "3", "5", "10", "20", "60", "100", "1000")
 NUMBERS = (
     *(
@@ -178,6 +180,9 @@ def draw(rng: np.random.Generator, name: str) -> Line:
     stated = bool(kind.study) and rng.random() < 0.4
     if stated:
         _state(rng, line, kind)
+    if rng.random() < MEANT:
+        _likely(rng, line)
+        return line
     ways = (*[_other_value] * 8, _cut, _misspelt, _extra, _twice, _file)
     for _ in range(int(rng.integers(0, 2) if stated else rng.integers(1, 4))):
         ways[int(rng.integers(len(ways)))](rng, line)
@@ -221,6 +226,15 @@ def _other_value(rng: np.random.Generator, line: Line) -> None:
         value = _one(rng, list(action.choices))
     _without(line, flag)
     line.words += [f"{flag}={value}"] if rng.random() < 0.6 else [flag, value]
+
+
+def _likely(rng: np.random.Generator, line: Line) -> None:
+    """One or two flags with numbers that somebody may mean."""
+    known = [action for action in _flags(line.name) if action.metavar in ("X", "N", "S", "T")]
+    for _ in range(int(rng.integers(1, 3)) if known else 0):
+        flag = known[int(rng.integers(len(known)))].option_strings[-1]
+        _without(line, flag)
+        line.words += [flag, _one(rng, LIKELY)]
 
 
 def _cut(rng: np.random.Generator, line: Line) -> None:
