@@ -452,17 +452,19 @@ def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:
     """What to say of an argument that a sub-command does not have."""
     if not word.startswith("-"):
         return f"'{word}' is one argument too many; {parser.prog} --help explains"
+    flag = word.split("=")[0]
     flags = [flag for action in parser._actions for flag in action.option_strings]
-    return f"unknown flag {word.split('=')[0]}; {_suggestion(word.split('=')[0], flags)}"
+    return f"unknown flag {flag}; {_suggestion(flag, flags, f'{parser.prog} --help lists them')}"
 
 
-def _suggestion(word: str, known: Iterable[str]) -> str:
+def _suggestion(word: str, known: Iterable[str], otherwise: str = "") -> str:
     from studies.common.configuration import nearest  # for errors only
 
     # the dashes would count as a likeness
     by_name = {name.lstrip("-"): name for name in known}
     near = nearest(word.lstrip("-"), by_name)
-    return f"did you mean {by_name[near]}?" if near else f"choose one of {', '.join(known)}"
+    others = otherwise or f"choose one of {', '.join(known)}"
+    return f"did you mean {by_name[near]}?" if near else others
 
 
 def _say(text: str) -> Run:

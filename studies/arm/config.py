@@ -40,7 +40,7 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError
 from studies.common.rates import confidence
-from studies.common.sizes import DENSITY, LENGTH, MODULUS, SECTION, limited
+from studies.common.sizes import DENSITY, LENGTH, SECTION, TIME, limited
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
@@ -78,7 +78,7 @@ class ArmDescription:
     small_length: float = key(LENGTH, "m", "length of the small arm, from the paper", default=2.0)
     small_diameter: float = key(SECTION, "m", "outer one of its tube", default=0.050)
     small_wall: float = key(SECTION, "m", "thickness of its wall", default=0.0015)
-    modulus: float = key(MODULUS, "Pa", "Young's modulus of both tubes", default=ASSUMED_MODULUS)
+    modulus: float = key(positive, "Pa", "Young's modulus of both tubes", default=ASSUMED_MODULUS)
     density: float = key(DENSITY, "kg/m^3", "density of both tubes", default=ASSUMED_DENSITY)
     tip_mass: float = key(
         limited(not_negative),
@@ -139,7 +139,7 @@ class StageStudy:
 
     stage: str = key(choice(STAGES), "", f"what turns: {', '.join(STAGES)}", default="big")
     duration: float | None = optional_key(
-        positive,
+        TIME,
         "s",
         "duration of the stage; 8.6 for big and 11.2 for small and both, unless stated",
     )

@@ -131,12 +131,12 @@ def test_the_command_writes_what_reproduces_it(tmp_path: Path):
         (
             ["--tip-mass", "-1"],
             ExitCode.BAD_INPUT,
-            "tip_mass is -1; give a finite non-neg",
+            "--tip-mass is -1; give a finite non-neg",
         ),
         (
             ["--big-length", "0"],
             ExitCode.BAD_INPUT,
-            "big_length is 0; give a finite positive",
+            "--big-length is 0; give a finite positive",
         ),
         (["--modulus", "-70"], ExitCode.BAD_INPUT, "modulus is -70; give a finite positive number"),
         (["--density", "0"], ExitCode.BAD_INPUT, "density is 0; give a finite positive number"),
@@ -144,7 +144,7 @@ def test_the_command_writes_what_reproduces_it(tmp_path: Path):
         (
             ["--damping-ratio", "-0.1"],
             ExitCode.BAD_INPUT,
-            "damping_ratio is -0.1; give a finite",
+            "--damping-ratio is -0.1; give a finite",
         ),
         (["--elements", "2", "--modes", "5"], ExitCode.BAD_INPUT, "too coarse for .* at least 4"),
         (["--modes", "67"], ExitCode.BAD_INPUT, "modes is 67, but the locked arm has 66 with 8 el"),
