@@ -140,6 +140,13 @@ def test_the_command_writes_what_reproduces_it(tmp_path: Path):
         ),
         (["--modulus", "-70"], ExitCode.BAD_INPUT, "modulus is -70; give a finite positive number"),
         (["--density", "0"], ExitCode.BAD_INPUT, "density is 0; give a finite positive number"),
+        (["--density", "1e-300"], ExitCode.BAD_INPUT, "--density is 1e-300; give a number from"),
+        (
+            ["--density", "0.001", "--tip-mass", "1e12"],
+            ExitCode.BAD_INPUT,
+            "masses of the arm are too unlike",
+        ),
+        (["--duration", "1e-300"], ExitCode.BAD_INPUT, "--duration is 1e-300; give a number from"),
         (["--big-wall", "0.05"], ExitCode.BAD_INPUT, "give half the diameter or less"),
         (
             ["--damping-ratio", "-0.1"],

@@ -175,3 +175,9 @@ def test_the_whole_paper_is_recomputed(tmp_path, capsys):
     # a row whose verdict fails makes the result fail
     broken = [dataclasses.replace(found[0], holds=False), *found[1:]]
     assert not result_of(PaperStudy(), broken, Cases(PaperStudy())).passed
+
+
+def test_a_motion_whose_peak_force_is_at_its_start_has_its_rows():
+    # the inertia of a fast motion asks for the most force before the net is taut
+    fast = Cases(PaperStudy(duration=3.0))
+    assert dynamics_entries(fast)
