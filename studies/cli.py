@@ -25,11 +25,9 @@ from typing import Any, NoReturn
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
-from studies.common.key_flags import naming_flags, typed_flags
+from studies.common.key_flags import Run, typed_flags, with_flags_named
 
 PROGRAM = "antenna-ocp"
-
-Run = Callable[[argparse.Namespace, Console], ExitCode]
 
 
 @dataclass(frozen=True)
@@ -242,8 +240,7 @@ FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
 }
 
 
-# What the parser says, and what we say.
-ARGPARSE_WORDS = {
+ARGPARSE_WORDS = {  # what the parser says, and what we say
     r"^argument (\S+): expected one argument$": r"\1 has no value",
     r"^argument (\S+): ignored explicit argument (.*)$": r"\1 takes no value, but \2 is given",
     r"^argument (\S+): invalid choice: (.*) \((choose from .*)\)$": r"\1 is \2; \3",
@@ -333,7 +330,7 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     if COMMANDS[name].loads:
         importlib.import_module(COMMANDS[name].loads)
     run = _named(COMMANDS[name].module, COMMANDS[name].run)
-    return options, _with_flags_named(run, typed_flags(parser, options))
+    return options, with_flags_named(run, typed_flags(parser, options))
 
 
 class _Parser(argparse.ArgumentParser):
@@ -436,18 +433,6 @@ def _refuse_dashes(words: Iterable[str]) -> None:
             raise StudyError(f"{flag} is '--', which is no value; give one")
 
 
-def _with_flags_named(run: Run, typed: Mapping[str, str]) -> Run:
-    """A run whose errors name the flags that were typed, and not the keys that these state."""
-
-    def named(options: argparse.Namespace, console: Console) -> ExitCode:
-        try:
-            return run(options, console)
-        except StudyError as error:
-            raise StudyError(naming_flags(str(error), typed), error.exit_code) from error
-
-    return named
-
-
 def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:
     """What to say of an argument that a sub-command does not have."""
     if not word.startswith("-"):
@@ -463,8 +448,9 @@ def _suggestion(word: str, known: Iterable[str], otherwise: str = "") -> str:
     # the dashes would count as a likeness
     by_name = {name.lstrip("-"): name for name in known}
     near = nearest(word.lstrip("-"), by_name)
-    others = otherwise or f"choose one of {', '.join(known)}"
-    return f"did you mean {by_name[near]}?" if near else others
+    if near:
+        return f"did you mean {by_name[near]}?"
+    return otherwise or f"choose one of {', '.join(known)}"
 
 
 def _say(text: str) -> Run:

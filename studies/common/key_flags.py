@@ -8,9 +8,13 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+
+Run = Callable[[argparse.Namespace, Console], ExitCode]
 KeyFlags = Mapping[str, tuple[tuple[str, ...], str]]
 """By flag, as `--force-cap`: the key's place in the study, and what `--help` says."""
 
@@ -47,7 +51,19 @@ def typed_flags(parser: argparse.ArgumentParser, options: argparse.Namespace) ->
     }
 
 
-def naming_flags(sentence: str, typed: Mapping[str, str]) -> str:
+def with_flags_named(run: Run, typed: Mapping[str, str]) -> Run:
+    """A run whose errors name the flags that were typed, and not the keys that these state."""
+
+    def named(options: argparse.Namespace, console: Console) -> ExitCode:
+        try:
+            return run(options, console)
+        except StudyError as error:
+            raise StudyError(_in_flags(str(error), typed), error.exit_code) from error
+
+    return named
+
+
+def _in_flags(sentence: str, typed: Mapping[str, str]) -> str:
     """A sentence about keys of a study, with the flags that were typed in their place.
 
     A key without its table, as `duration`, is an everyday word, too: it is a key if the sentence
