@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from studies.common.configuration import nearest
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 
@@ -72,5 +72,5 @@ def whole(flag: str, text: str, least: int = 1) -> int:
 def closest(name: str, known: Iterable[str]) -> str:
     """Return the end of a sentence about an unknown name: the nearest known one, or all."""
     names = list(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    return f"did you mean {near[0]}?" if near else f"known are {', '.join(names)}"
+    near = nearest(name, names)
+    return f"did you mean {near}?" if near else f"known are {', '.join(names)}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -24,10 +25,9 @@ from typing import Any, NoReturn
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
+from studies.common.key_flags import Run, typed_flags, with_flags_named
 
 PROGRAM = "antenna-ocp"
-
-Run = Callable[[argparse.Namespace, Console], ExitCode]
 
 
 @dataclass(frozen=True)
@@ -240,6 +240,14 @@ FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
 }
 
 
+ARGPARSE_WORDS = {  # what the parser says, and what we say
+    r"^argument (\S+): expected one argument$": r"\1 has no value",
+    r"^argument (\S+): ignored explicit argument (.*)$": r"\1 takes no value, but \2 is given",
+    r"^argument (\S+): invalid choice: (.*) \((choose from .*)\)$": r"\1 is \2; \3",
+    r"^argument (--\S+): ": r"\1: ",
+}
+
+
 def main(
     arguments: Sequence[str] | None = None, listen: Callable[[], object] = lambda: None
 ) -> int:
@@ -312,6 +320,7 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
         return argparse.Namespace(), _say(overview(name))
     rest = words[len(name.split()) :]
     _refuse_former_flags(name, rest)
+    _refuse_dashes(rest)
 
     parser = build_parser(name)
     options, unknown = parser.parse_known_args(rest)
@@ -320,13 +329,16 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     _refuse_repeated_flags(rest, parser)
     if COMMANDS[name].loads:
         importlib.import_module(COMMANDS[name].loads)
-    return options, _named(COMMANDS[name].module, COMMANDS[name].run)
+    run = _named(COMMANDS[name].module, COMMANDS[name].run)
+    return options, with_flags_named(run, typed_flags(parser, options))
 
 
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one sentence, as all errors of the command are."""
 
     def error(self, message: str) -> NoReturn:
+        for theirs, ours in ARGPARSE_WORDS.items():
+            message = re.sub(theirs, ours, message)
         raise StudyError(f"{message}; {self.prog} --help explains")
 
 
@@ -413,21 +425,32 @@ def _refuse_repeated_flags(words: Sequence[str], parser: argparse.ArgumentParser
             raise StudyError(f"{action.option_strings[-1]} is given twice; leave one of them out")
 
 
+def _refuse_dashes(words: Iterable[str]) -> None:
+    """StudyError if the value of a flag is `--`: the parser would take it for no value at all."""
+    for word in words:
+        flag, _, value = word.partition("=")
+        if flag.startswith("--") and value == "--":
+            raise StudyError(f"{flag} is '--', which is no value; give one")
+
+
 def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:
     """What to say of an argument that a sub-command does not have."""
     if not word.startswith("-"):
         return f"'{word}' is one argument too many; {parser.prog} --help explains"
+    flag = word.split("=")[0]
     flags = [flag for action in parser._actions for flag in action.option_strings]
-    return f"unknown flag {word.split('=')[0]}; {_suggestion(word.split('=')[0], flags)}"
+    return f"unknown flag {flag}; {_suggestion(flag, flags, f'{parser.prog} --help lists them')}"
 
 
-def _suggestion(word: str, known: Iterable[str]) -> str:
-    import difflib  # for errors only
+def _suggestion(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    from studies.common.configuration import nearest  # for errors only
 
     # the dashes would count as a likeness
     by_name = {name.lstrip("-"): name for name in known}
-    near = difflib.get_close_matches(word.lstrip("-"), by_name, n=1)
-    return f"did you mean {by_name[near[0]]}?" if near else f"choose one of {', '.join(known)}"
+    near = nearest(word.lstrip("-"), by_name)
+    if near:
+        return f"did you mean {by_name[near]}?"
+    return otherwise or f"choose one of {', '.join(known)}"
 
 
 def _say(text: str) -> Run:

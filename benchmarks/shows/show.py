@@ -32,6 +32,8 @@ SHOWS = {
     "drive-points": "benchmarks.shows.drive.points",
     "drive-formats": "benchmarks.shows.drive.formats",
     "sweep": "benchmarks.shows.scale.sweeps",
+    "fuzz-commands": "benchmarks.shows.fuzz.commands",
+    "damaged-folders": "benchmarks.shows.fuzz.folders",
     "engine-families": "benchmarks.shows.engine.families",
     "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",

@@ -82,7 +82,7 @@ TRACEBACK = re.compile(
 )
 VERDICT = re.compile(r"^verdict: (.*)$", re.MULTILINE)
 MINIMISED = re.compile(r"^\* .*?\]\s+(\S+)|^\* .*?\s{2,}(\S+)", re.MULTILINE)  # row of the table
-COMPLAINT = re.compile(r"^antenna-ocp: (.*)$", re.MULTILINE)
+COMPLAINT = re.compile(r"^antenna-ocp: (.*(?:\n  .*)*)$", re.MULTILINE)
 
 
 def question(seed: int, index: int) -> Question:
@@ -265,7 +265,7 @@ def read_output(text: str) -> dict[str, Any]:
     return {
         "value": None if minimised is None else float(minimised[1] or minimised[2]),
         "verdict": "" if verdict is None else verdict[1],
-        "complaint": "" if complaint is None else complaint[1],
+        "complaint": "" if complaint is None else complaint[1].replace("\n  ", " "),
         "traceback": TRACEBACK.search(text) is not None,
     }
 

@@ -17,7 +17,7 @@ from models.ancf.joints import Free, Torque, breakpoints, law_values
 from models.arm.reduced import ReducedArm
 from models.arm.split_steps import STABLE, split_steps
 from models.arrays import Array
-from models.errors import require
+from models.errors import ModelError, require
 from models.numerics import interior
 
 Method = Literal["DOP853", "Radau"]
@@ -180,10 +180,22 @@ def _right_hand_side(
 
 
 def reduced_modes(model: ReducedArm, q: Array) -> tuple[Array, Array]:
-    """Frequencies (k,) [Hz] and shapes (n, k) at undeformed coordinates, rigid motions left out."""
-    from scipy.linalg import eigh
+    """Frequencies (k,) [Hz] and shapes (n, k) at undeformed coordinates, rigid motions left out.
+
+    Raises
+    ------
+    ModelError
+        If the masses are so unlike that rounding leaves no modes.
+    """
+    from scipy.linalg import LinAlgError, eigh
 
     mass, stiffness = (matrix.full() for matrix in model.linear(q))
-    squares, vectors = eigh(stiffness, mass)
+    try:
+        squares, vectors = eigh(stiffness, mass)
+    except (LinAlgError, ValueError) as error:
+        raise ModelError(
+            "the masses of the arm are too unlike for its modes to be found; give tubes that are "
+            "less light beside the tip and the hub"
+        ) from error
     elastic = squares > _RIGID * squares[-1]
     return np.sqrt(squares[elastic]) / (2 * pi), vectors[:, elastic]

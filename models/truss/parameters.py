@@ -152,7 +152,7 @@ def _check_values(p: TrussParameters) -> None:
     modules: object = p.modules
     require(
         isinstance(modules, int) and modules >= 3,
-        f"modules is {shortened(modules)}; a closed ring needs an int of at least 3.",
+        f"modules is {shortened(modules)}; a closed ring needs a whole number of at least 3.",
     )
     require(
         p.counting in ("once", "as printed"),
@@ -164,6 +164,11 @@ def _check_values(p: TrussParameters) -> None:
     )
 
 
+def _angle(value: float) -> str:
+    """An angle in both units: parameters are in radians, studies may state degrees."""
+    return f"{math.degrees(value):g} deg ({value:g} rad)"
+
+
 def _check_geometry(p: TrussParameters) -> None:
     a, b, c, d = p.bar_length, p.half_cross_bar, p.crank, p.link
     alpha0, alpha_c = p.stowed_angle, p.net_angle
@@ -172,8 +177,8 @@ def _check_geometry(p: TrussParameters) -> None:
 
     require(
         alpha0 < alpha_c < math.pi / 2,
-        f"net_angle {alpha_c:g} rad is not between stowed_angle {alpha0:g} rad and pi/2; "
-        "choose 0 < stowed_angle < net_angle < pi/2 in radians.",
+        f"net_angle {_angle(alpha_c)} is not between stowed_angle {_angle(alpha0)} and 90 deg; "
+        "choose 0 < stowed_angle < net_angle < 90 deg.",
     )
 
     # room for what is folded between the vertical bar's ends

@@ -1,10 +1,16 @@
-"""Files read and written whole, with one sentence where that is not possible."""
+"""Files read and written whole, with one sentence if that is not possible."""
 
 from __future__ import annotations
 
+import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from ocp.errors import FileError
+
+# bytes that an archive may unpack to: constant arrays pack a thousandfold, others up to fourfold
+_ROOM, _TIMES_THE_ARCHIVE = 32_000_000, 4
+_ENCRYPTED = 0x1  # among the flags of a member
 
 
 def read_file(path: str | Path) -> bytes:
@@ -39,3 +45,24 @@ def write_file(path: str | Path, content: bytes) -> None:
             f"'{path}' cannot be written ({error.strerror}); give a path in a folder that exists "
             "and that you may write to"
         ) from error
+
+
+def check_room(members: Iterable[zipfile.ZipInfo], size: int) -> None:
+    """Refuse an archive that somebody else may have made, before it fills the memory.
+
+    Parameters
+    ----------
+    members : of the archive, that are to be read.
+    size : of the archive [bytes].
+
+    Raises
+    ------
+    ValueError
+        If they unpack to far more than what is stored does, or are encrypted.
+    """
+    members = list(members)
+    unpacked = sum(member.file_size for member in members)
+    if unpacked > _ROOM + _TIMES_THE_ARCHIVE * size:
+        raise ValueError(f"it unpacks to {unpacked / 1e6:.0f} MB, too much for its size")
+    if any(member.flag_bits & _ENCRYPTED for member in members):
+        raise ValueError("it is encrypted")

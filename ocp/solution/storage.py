@@ -34,13 +34,14 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, ByFraction, Signal, Symbol, Time, resolve
 from ocp.problem.tables import Table, table_of
-from ocp.solution.files import read_file, write_file
+from ocp.solution.files import check_room, read_file, write_file
 from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
 _VERSION = 4
 _TEXT = "solution.json"
 _FIRST_VERSION = b"ocp solution 1\n"  # how files of version 1 began, which held pickled objects
+_LISTS, _BYTES_OF_A_LIST = 200_000, 2  # packed, of which the text of a solution has one in three
 _SAMPLES = 2001  # of a guess that is a function of time
 
 
@@ -140,7 +141,8 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
     archive = _opened(data, name)
     # what is wrong inside a file shows in many ways, all of them while its objects are built
     try:
-        text = json.loads(archive.read(_TEXT))
+        check_room(archive.infolist(), len(data))
+        text = _parsed(archive.read(_TEXT), len(data))
         if text["format"] != _FORMAT:
             raise ValueError(f"its format is {text['format']!r}")
         version = text["version"]
@@ -152,6 +154,13 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
             f"'{name}' is a damaged solution ({reason}); solve again and save it"
         ) from error
     raise _other_version(name, version)
+
+
+def _parsed(text: bytes, packed_size: int) -> Any:
+    """The JSON text of an archive; a bracket takes up to 60 times its room in memory."""
+    if text.count(b"[") + text.count(b"{") > _LISTS + packed_size / _BYTES_OF_A_LIST:
+        raise ValueError("it has too many lists for its size")
+    return json.loads(text)
 
 
 def _opened(data: bytes, name: str) -> zipfile.ZipFile:

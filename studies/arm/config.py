@@ -40,6 +40,7 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError
 from studies.common.rates import confidence
+from studies.common.sizes import DENSITY, LENGTH, SECTION, TIME, limited
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
@@ -71,25 +72,25 @@ class ArmDescription:
         Naming the key, its value and the remedy.
     """
 
-    big_length: float = key(positive, "m", "length of the big arm, from the paper", default=3.0)
-    big_diameter: float = key(positive, "m", "outer one of its tube", default=0.060)
-    big_wall: float = key(positive, "m", "thickness of its wall", default=0.002)
-    small_length: float = key(positive, "m", "length of the small arm, from the paper", default=2.0)
-    small_diameter: float = key(positive, "m", "outer one of its tube", default=0.050)
-    small_wall: float = key(positive, "m", "thickness of its wall", default=0.0015)
+    big_length: float = key(LENGTH, "m", "length of the big arm, from the paper", default=3.0)
+    big_diameter: float = key(SECTION, "m", "outer one of its tube", default=0.060)
+    big_wall: float = key(SECTION, "m", "thickness of its wall", default=0.002)
+    small_length: float = key(LENGTH, "m", "length of the small arm, from the paper", default=2.0)
+    small_diameter: float = key(SECTION, "m", "outer one of its tube", default=0.050)
+    small_wall: float = key(SECTION, "m", "thickness of its wall", default=0.0015)
     modulus: float = key(positive, "Pa", "Young's modulus of both tubes", default=ASSUMED_MODULUS)
-    density: float = key(positive, "kg/m^3", "density of both tubes", default=ASSUMED_DENSITY)
+    density: float = key(DENSITY, "kg/m^3", "density of both tubes", default=ASSUMED_DENSITY)
     tip_mass: float = key(
-        not_negative,
+        limited(not_negative),
         "kg",
         "mass of the antenna, a particle at the tip",
         default=ASSUMED_ANTENNA_MASS,
     )
     elbow_mass: float = key(
-        not_negative, "kg", "mass of the elbow's drive, a particle", default=0.0
+        limited(not_negative), "kg", "mass of the elbow's drive, a particle", default=0.0
     )
     hub_inertia: float = key(
-        not_negative,
+        limited(not_negative),
         "kg m^2",
         "inertia that turns with the big arm, such as a drive's",
         default=0.0,
@@ -138,7 +139,7 @@ class StageStudy:
 
     stage: str = key(choice(STAGES), "", f"what turns: {', '.join(STAGES)}", default="big")
     duration: float | None = optional_key(
-        positive,
+        TIME,
         "s",
         "duration of the stage; 8.6 for big and 11.2 for small and both, unless stated",
     )

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--list", action="store_true", help="list them with their sources")
     parser.add_argument(
         "--starts",
-        type=_positive,
+        type=_starts,
         metavar="K",
         help="audit instead: solve each from K starts, the stated guess and random ones, and list "
         "the distinct optima found",
@@ -163,11 +163,10 @@ def _measure_all(chosen: Sequence[Benchmark], console: Console) -> list[Measurem
     return found
 
 
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{value} starts find nothing; give at least 1")
-    return value
+def _starts(text: str) -> int:
+    from studies.common.configuration import as_number, whole
+
+    return int(whole(1)("--starts", as_number(text)))
 
 
 def _audit_all(chosen: Sequence[Benchmark], starts: int, console: Console) -> ExitCode:

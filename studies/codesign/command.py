@@ -28,7 +28,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of the sub-command."""
     add_study_argument(parser)
     add_truss_flags(parser)
-    parser.add_argument("--free", metavar="A,B", help="parameters that are free, with commas")
+    parser.add_argument(
+        "--free", dest="design.free", metavar="A,B", help="parameters that are free, with commas"
+    )
     add_key_flags(parser, FLAGS)
     parser.add_argument("--margin", metavar="X", help="margins of the motor, as of truss")
     add_results_flags(parser)
@@ -70,8 +72,9 @@ def read_study(options: argparse.Namespace, console: Console) -> CodesignStudy:
 
     raw = raw_study(options)
     put_key_flags(raw, options, FLAGS)
-    if options.free is not None:
-        put(raw, ("design", "free"), options.free.split(","))
+    free = getattr(options, "design.free")
+    if free is not None:
+        put(raw, ("design", "free"), free.split(","))
     if options.margin is not None:
         raw["margin"] = read_margin(options.margin)
     with truss_warnings(console):

@@ -19,11 +19,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from studies.common.exit_codes import StudyError, quoted
+from studies.common.foreign_text import parsed_toml
 
 Reader = Callable[[str, Any], Any]  # from the key's full name and its value to the value meant
 Configuration = TypeVar("Configuration")
 
-CLOSE_ENOUGH = 0.5  # similarity of words from which one is suggested for the other
+CLOSE_ENOUGH = 0.6  # similarity of words from which one is suggested for the other
 
 
 @dataclass(frozen=True)
@@ -106,8 +107,14 @@ def check_keys(raw: Mapping[str, Any], known: Iterable[str], where: str = "") ->
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """The known word most like `word`; empty if none is like it."""
-    return next(iter(difflib.get_close_matches(word, list(known), n=1, cutoff=CLOSE_ENOUGH)), "")
+    """The known word of which `word` differs in few letters, or which alone it is a part of.
+
+    Empty if there is none.
+    """
+    known = list(known)
+    near = difflib.get_close_matches(word, known, n=1, cutoff=CLOSE_ENOUGH)
+    longer = [one for one in known if len(word) > 2 and word in one]
+    return next(iter([*near, *(longer if len(longer) == 1 else [])]), "")
 
 
 def positive(name: str, value: Any) -> float:
@@ -238,7 +245,7 @@ def read_toml(path: Path | None) -> dict[str, Any]:
     if path is None:
         return {}
     try:
-        return tomllib.loads(path.read_text("utf-8"))
+        return parsed_toml(path.read_text("utf-8"))
     except OSError as error:
         raise StudyError(f"the file {path} cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:
@@ -247,10 +254,8 @@ def read_toml(path: Path | None) -> dict[str, Any]:
         ) from error
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"the file {path} is not valid TOML: {error}") from error
-    except ValueError as error:  # a whole number of more digits than Python reads
-        raise StudyError(
-            f"the file {path} holds a whole number of thousands of digits; write it as 1.5e300"
-        ) from error
+    except ValueError as error:
+        raise StudyError(f"the file {path} is refused: {error}") from error
 
 
 def put(raw: dict[str, Any], place: Sequence[str], value: Any) -> None:

@@ -3,11 +3,13 @@
 import io
 import shutil
 import sys
+import textwrap
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TextIO
 
+LONGEST_LINE = 198  # characters of a line of a message, before a semicolon or behind its indent
 QUIET = 10.0  # [s] between lines of progress where there is no terminal
 
 
@@ -42,6 +44,27 @@ def number(value: float | None, digits: int = 5) -> str:
     return "-" if value is None or value != value else f"{value:.{digits}g}"
 
 
+def in_lines(message: str) -> str:
+    """A message whose long lines are parted: the fact stands first, its remedy in the next line.
+
+    A line is parted behind a semicolon, which stands between them, or else at a space.
+    """
+    return "\n".join("\n  ".join(_parted(line)) for line in message.split("\n"))
+
+
+def _parted(line: str) -> list[str]:
+    found = [""]
+    for part in line.split("; "):
+        longer = f"{found[-1]}; {part}" if found[-1] else part
+        if len(longer) <= LONGEST_LINE:
+            found[-1] = longer
+            continue
+        before = [f"{found[-1]};"] if found[-1] else []
+        wrapped = textwrap.wrap(part, LONGEST_LINE, break_long_words=False, break_on_hyphens=False)
+        found[-1:] = before + wrapped
+    return found
+
+
 @dataclass
 class Console:
     """Prints results to standard output and progress to standard error."""
@@ -59,7 +82,7 @@ class Console:
     def progress(self, text: str) -> None:
         """Print a line of progress with the seconds since the start."""
         self._clear()
-        print(f"{self._clock()} {text}", file=self.progress_to, flush=True)
+        print(in_lines(f"{self._clock()} {text}"), file=self.progress_to, flush=True)
 
     def live(self, text: str) -> None:
         """Show where long work stands: in one line on a terminal, else now and then."""
@@ -86,7 +109,7 @@ class Console:
     def complain(self, sentence: str) -> None:
         """Print an error."""
         self._clear()
-        print(f"antenna-ocp: {sentence}", file=self.progress_to, flush=True)
+        print(in_lines(f"antenna-ocp: {sentence}"), file=self.progress_to, flush=True)
 
 
 def silent() -> Console:

@@ -1,6 +1,7 @@
 """What the exit code of `antenna-ocp` means, the error that carries one, and values in errors."""
 
 import re
+from datetime import date, time
 from enum import IntEnum
 from typing import Any
 
@@ -47,7 +48,7 @@ def quoted(value: Any) -> str:
     A sentence is read in a line or two of a terminal, and a list that was pasted has thousands.
     """
     counted = f" ({len(value)} values)" if isinstance(value, list | tuple) else ""
-    text = repr(value)
+    text = value.isoformat() if isinstance(value, date | time) else repr(value)
     return _ends(text, SHOWN) + (counted if len(text) > SHOWN else "")
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ocp import Interrupted, OcpError, Problem, Trial
 from ocp.solution.storage import packed, unpacked
+from studies.common.foreign_text import parsed_json
 
 FOLDER = "starts"
 
@@ -60,7 +61,7 @@ class FinishedStarts:
         place = self.folder / FOLDER
         solution_file = place / f"{kind}-{name}.ocp"
         try:
-            record = json.loads((place / f"{kind}-{name}.json").read_text("utf-8"))
+            record = parsed_json((place / f"{kind}-{name}.json").read_text("utf-8"))
             solution = None
             if solution_file.is_file() and problem is not None:
                 solution = unpacked(solution_file.read_bytes(), known=problem, name=name)

@@ -14,6 +14,7 @@ from importlib import metadata
 from pathlib import Path
 
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.foreign_text import parsed_json
 
 DEFAULT_PARENT = Path("results")
 OUR_MARK = "provenance.json"
@@ -153,7 +154,7 @@ def resumed_results(path: Path, kind: str) -> Path:
 def _kind_of(path: Path) -> str:
     """The kind of study whose results a folder has; empty where that is not to be read."""
     try:
-        record = json.loads((path / RESULT_FILE).read_text("utf-8"))
+        record = parsed_json((path / RESULT_FILE).read_text("utf-8"))
     except (OSError, ValueError):
         return ""
     return str(record.get("kind", "")) if isinstance(record, dict) else ""

@@ -1,16 +1,18 @@
 """The one result of every study: what was asked, what came out, and how sure that is.
 
 A result is stored as `result.json` beside `arrays.npz`. Neither can hold code: the arrays are read
-with `allow_pickle=False`, so that a folder from somebody else is safe to load.
+with `allow_pickle=False`, so that a folder from somebody else is safe to load. The record states a
+digest of both files, which tells later whether they were changed.
 """
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import hashlib
 import json
 import math
-import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, cast, get_args
@@ -21,9 +23,12 @@ from ocp.arrays import Array
 from studies.common.comparison_table import Cost, TableRow
 from studies.common.exit_codes import ExitCode, StudyError, quoted
 from studies.common.folder import OUR_MARK, PROGRAM, RESULT_FILE, plain
+from studies.common.foreign_text import parsed_json
+from studies.common.stored_arrays import stored_arrays
 
 SCHEMA = 1  # raised when a field changes its meaning or disappears
 ARRAYS_FILE = "arrays.npz"
+DIGEST = "sha256"  # in the provenance: of all the rest of the record, and of the arrays
 PARTS = ("arrays", "table", "verdict", "checks")  # what a study adds while it runs
 
 VerdictKind = Literal[
@@ -208,11 +213,14 @@ class Result:
             If the table has no such quantity or law.
         """
         rows = {row.key: row for row in self.table}
-        law = law or next(iter(self.laws), "")
-        if key not in rows or law not in rows[key].values:
-            known = ", ".join(rows)
-            raise StudyError(f"the result has no {key} of the law '{law}'; it has {known}")
-        return rows[key].values[law]
+        if key not in rows:
+            raise StudyError(f"the result has no quantity '{key}'; it has {', '.join(rows)}")
+        values, law = rows[key].values, law or next(iter(self.laws), "")
+        if law not in values:
+            raise StudyError(
+                f"the result has no {key} of a law '{law}'; its laws are {', '.join(values)}"
+            )
+        return values[law]
 
     def save(self, folder: Path) -> None:
         """Write `arrays.npz` and then `result.json` into an existing folder.
@@ -223,10 +231,12 @@ class Result:
             If there is no such folder, or it cannot be written.
         """
         columns = {name: series.values for name, series in self.arrays.items()}
-        text = json.dumps(self.as_dictionary(), indent=2, ensure_ascii=False)
+        record = self.as_dictionary()
         try:
             # the arrays come first: a result.json without them would promise too much
             np.savez_compressed(folder / ARRAYS_FILE, **cast(Any, columns))
+            record["provenance"] |= {DIGEST: _digest(record, folder)}
+            text = json.dumps(record, indent=2, ensure_ascii=False)
             (folder / RESULT_FILE).write_text(text + "\n", "utf-8")
         except OSError as error:
             raise StudyError(
@@ -267,7 +277,8 @@ class Result:
         folder = Path(folder)
         record = _read_record(folder, partial)
         try:
-            arrays, lost = _read_arrays(folder, record.pop("arrays", {}))
+            record.get("provenance", {}).pop(DIGEST, None)
+            arrays, lost = _read_arrays(folder, _exactly(dict)(record.pop("arrays", {})))
             missing = (*_words(record.pop("missing", [])), *lost)
             fields = _typed(cls, {name: record[name] for name in record if name != "program"})
             result = cls(**fields | {"arrays": arrays, "missing": missing})
@@ -282,6 +293,43 @@ class Result:
         return result
 
 
+@contextlib.contextmanager
+def reading(*folders: Path) -> Iterator[None]:
+    """Answer in one sentence if work on stored results ends in an error and one was changed.
+
+    What reads a result relies on all that its study has written, as on the titles of a sweep.
+
+    Raises
+    ------
+    StudyError
+        In the place of such an error.
+    """
+    try:
+        yield
+    except (StudyError, OSError):
+        raise
+    except Exception as error:
+        changed = next((folder for folder in folders if not _as_written(folder)), None)
+        if changed is None:  # a defect of ours
+            raise
+        raise _damaged(changed, RESULT_FILE, error) from error
+
+
+def _as_written(folder: Path) -> bool:
+    """Whether the two files of a result are as `Result.save` wrote them."""
+    try:
+        record = parsed_json((folder / RESULT_FILE).read_text("utf-8"))
+        return bool(record["provenance"].pop(DIGEST) == _digest(record, folder))
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return False
+
+
+def _digest(record: Mapping[str, Any], folder: Path) -> str:
+    """Hash of a record, and of the arrays in its folder."""
+    text = json.dumps(record, sort_keys=True).encode()
+    return hashlib.sha256(text + (folder / ARRAYS_FILE).read_bytes()).hexdigest()
+
+
 def _read_record(folder: Path, partial: bool) -> dict[str, Any]:
     """The content of `result.json`, of this program and this version."""
     if not folder.is_dir():
@@ -291,7 +339,7 @@ def _read_record(folder: Path, partial: bool) -> dict[str, Any]:
         return _without_record(folder, partial)
 
     try:
-        record = json.loads(path.read_text("utf-8"))
+        record = parsed_json(path.read_text("utf-8"))
     except (OSError, ValueError) as error:
         raise _damaged(folder, RESULT_FILE, error) from error
     if not isinstance(record, dict) or record.get("program") != PROGRAM:
@@ -335,20 +383,17 @@ def _read_arrays(
     if not path.is_file():
         return {}, (ARRAYS_FILE,)
 
-    arrays: dict[str, Series] = {}
     try:
-        # opened here: where it fails, NumPy leaves a file open that it opened itself
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as columns:
-            for name, about in described.items():
-                if name in columns:
-                    arrays[name] = Series(
-                        unit=about["unit"],
-                        axis=about["axis"],
-                        values=columns[name],
-                        meaning=about["meaning"],
-                    )
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        columns = stored_arrays(path, described)
+    except ValueError as error:
         raise _damaged(folder, ARRAYS_FILE, error) from error
+    arrays = {
+        name: Series(
+            values=values,
+            **{part: _exactly(str)(described[name][part]) for part in ("unit", "axis", "meaning")},
+        )
+        for name, values in columns.items()
+    }
 
     # a series without its axis is of no use
     usable = {name: series for name, series in arrays.items() if series.axis in arrays}
@@ -360,14 +405,17 @@ def _number(value: Any) -> float:
     if value is None:
         return math.nan
     if not isinstance(value, int | float) or isinstance(value, bool):
-        raise TypeError(f"{value!r} is no number")
+        raise TypeError(f"{quoted(value)} is no number")
     return float(value)
+
+
+_IN_WORDS = {dict: "table", list: "list", str: "text", int: "whole number", bool: "true or false"}
 
 
 def _exactly(kind: type) -> Callable[[Any], Any]:
     def read(value: Any) -> Any:
         if not isinstance(value, kind):
-            raise TypeError(f"{value!r} is no {kind.__name__}")
+            raise TypeError(f"{quoted(value)} is no {_IN_WORDS[kind]}")
         return value
 
     return read
@@ -417,8 +465,8 @@ def _typed(kind: type[Any], record: Any) -> dict[str, Any]:
 
 def _damaged(folder: Path, file: str, error: Exception) -> StudyError:
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-    if "allow_pickle" in reason:  # what NumPy says of any file that is no archive, and advises
-        reason = "it is no archive of NumPy"
+    if isinstance(error, KeyError):
+        reason = f"it has no {reason}"
     return StudyError(
         f"{file} in {folder} is damaged or was changed ({reason}); run the study again"
     )

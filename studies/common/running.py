@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.key_flags import typed_flags
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,10 +79,10 @@ def take_up(
 
     parser = argparse.ArgumentParser()
     add_arguments(parser)
+    typed = typed_flags(parser, options)
     for name, value in vars(options).items():
         if name not in ("resume", "no_figures") and value != parser.get_default(name):
-            flag = name.split(".")[-1].replace("_", "-")
-            what = "a study" if name == "study" else f"--{flag}"
+            what = typed.get(name, "a study")
             raise StudyError(
                 f"--resume goes on with the study in {options.resume}, and takes no other words, "
                 f"but {what} is given; leave it out"
@@ -148,10 +149,14 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
     StudyError
         If it cannot be met, its folder cannot be opened, or it was not solved.
     """
+    from models.errors import ModelError
     from studies.common.folder import ResultsFolder, open_results, provenance
     from studies.common.result import Result
 
-    job.check()
+    try:
+        job.check()
+    except ModelError as error:  # the mechanics say themselves which number they cannot take
+        raise StudyError(str(error)) from error
     if job.resume is not None:
         folder = ResultsFolder(job.resume)
     else:

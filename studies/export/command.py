@@ -104,6 +104,13 @@ def _add_stop(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Write the motion."""
+    from studies.common.result import reading
+
+    with reading(options.results):
+        return _export(options, console)
+
+
+def _export(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.common.result import Result
     from studies.export.source import source_of, with_motion
 

@@ -25,16 +25,11 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import StudyError, quoted
+from studies.common.sizes import DENSITY, LENGTH, MODULUS, SECTION, TIME, limited
 from studies.flex.readers import (
     AREA,
-    DENSITY,
     FACTOR,
-    LENGTH,
-    MODULUS,
     SECOND_MOMENT,
-    SECTION,
-    TIME,
-    limited,
     named_tables,
     numbers,
     tables,

@@ -1,4 +1,4 @@
-"""Readers of the values of a case: numbers that can be squared, lists, lists of tables."""
+"""Readers of the values of a case: lists, lists of tables, areas and factors."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from studies.common.configuration import Reader, finite, from_mapping, positive, table
+from studies.common.configuration import Reader, finite, from_mapping, table
 from studies.common.exit_codes import StudyError, quoted
+from studies.common.sizes import between, limited
+
+AREA, SECOND_MOMENT = between(1e-12, 1e6), between(1e-24, 1e12)  # [m^2], [m^4]
+FACTOR = between(1e-4, 1e4)
 
 
 def numbers(least: int = 0, most: int | None = None) -> Reader:
@@ -21,38 +25,6 @@ def numbers(least: int = 0, most: int | None = None) -> Reader:
         return tuple(limited(finite)(f"{name}[{i}]", item) for i, item in enumerate(value))
 
     return read
-
-
-def between(least: float, most: float) -> Reader:
-    """Reader of a positive number that the models can square and cube without overflow."""
-
-    def read(name: str, value: Any) -> float:
-        number = positive(name, value)
-        if not least <= number <= most:
-            raise StudyError(f"{name} is {number:g}; give a number from {least:g} to {most:g}")
-        return number
-
-    return read
-
-
-LENGTH, SECTION = between(1e-4, 1e5), between(1e-6, 1e3)  # [m]
-TIME = between(1e-6, 1e8)  # [s]
-MODULUS, DENSITY = between(1e3, 1e14), between(1e-3, 1e6)  # [Pa], [kg/m^3]
-AREA, SECOND_MOMENT = between(1e-12, 1e6), between(1e-24, 1e12)  # [m^2], [m^4]
-FACTOR = between(1e-4, 1e4)
-LARGEST = 1e12  # [kg, kg m^2, m/s^2, rad/s]
-
-
-def limited(read: Reader) -> Reader:
-    """Reader of a number whose size stays below what the models can square."""
-
-    def bounded(name: str, value: Any) -> float:
-        number = float(read(name, value))
-        if abs(number) > LARGEST:
-            raise StudyError(f"{name} is {number:g}; give a number of at most {LARGEST:g}")
-        return number
-
-    return bounded
 
 
 def tables(kind: type[Any]) -> Reader:

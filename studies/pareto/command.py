@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
 from studies.common.console import Console
@@ -16,18 +17,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     add_study_argument(parser)
     parser.add_argument(
-        "--objectives", metavar="A,B[,C]", help="two or three objectives, with commas"
+        "--objectives",
+        dest="pareto.objectives",
+        metavar="A,B[,C]",
+        help="two or three objectives, with commas",
     )
     parser.add_argument(
-        "--points", metavar="N", help="about so many on the front, 40; of three, on a slice, 10"
+        "--points",
+        dest="pareto.points",
+        metavar="N",
+        help="about so many on the front, 40; of three, on a slice, 10",
     )
     parser.add_argument(
         "--slices",
+        dest="pareto.slices",
         metavar="N",
         help="of three objectives: how many slices, 7, or their limits, with commas [SI unit]",
     )
     parser.add_argument(
-        "--range", metavar="LOW..HIGH", help="limits on the objective that is limited [SI unit]"
+        "--range",
+        dest="pareto.range",
+        metavar="LOW..HIGH",
+        help="limits on the objective that is limited [SI unit]",
     )
     parser.add_argument("--coarse", action="store_true", help="a sketch, in a fraction of the time")
     add_truss_flags(parser)
@@ -61,19 +72,21 @@ def _with_flags(raw: dict[str, Any], options: argparse.Namespace) -> dict[str, A
     """What the file states, with the flags of the trade-off on top."""
     from studies.common.configuration import as_number, put
 
-    if options.objective is not None:
+    if options.minimise is not None:
         raise StudyError(
-            f"--objective {options.objective} is one; a trade-off needs two or three: "
+            f"--objective {options.minimise} is one; a trade-off needs two or three: "
             "--objectives A,B"
         )
-    if options.objectives is not None:
-        put(raw, ("pareto", "objectives"), [w.strip() for w in options.objectives.split(",")])
-    if options.points is not None:
-        put(raw, ("pareto", "points"), as_number(options.points))
-    if options.slices is not None:
-        put(raw, ("pareto", "slices"), options.slices)
-    if options.range is not None:
-        put(raw, ("pareto", "range"), options.range)
+    readers: dict[str, Callable[[str], Any]] = {
+        "objectives": lambda text: [word.strip() for word in text.split(",")],
+        "points": as_number,
+        "slices": str,
+        "range": str,
+    }
+    for name, read in readers.items():
+        text = getattr(options, f"pareto.{name}")
+        if text is not None:
+            put(raw, ("pareto", name), read(text))
     if options.coarse:
         put(raw, ("pareto", "coarse"), True)
     return raw

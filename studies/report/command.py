@@ -111,6 +111,14 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         )
     _check_films(options)
 
+    from studies.common.result import reading
+
+    with reading(*options.results):
+        return _report(options, console)
+
+
+def _report(options: argparse.Namespace, console: Console) -> ExitCode:
+    """Load, print, and write."""
     from studies.common.writers import report_text
 
     results = [_load(folder, options.partial) for folder in options.results]

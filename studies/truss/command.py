@@ -91,7 +91,9 @@ def add_truss_flags(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="any parameter of the model, e.g. link=0.16 or net_angle_deg=82; may be repeated",
     )
-    parser.add_argument("--starts", metavar="A,B", help="laws to start from, with commas")
+    parser.add_argument(
+        "--starts", dest="solver.starts", metavar="A,B", help="laws to start from, with commas"
+    )
 
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
@@ -208,8 +210,9 @@ def _apply_flags(raw: dict[str, Any], options: argparse.Namespace) -> None:
         ends = [as_number(end.strip()) for end in options.duration.split("..")]
         raw["duration"] = ends[0] if len(ends) == 1 else ends
     _apply_parameters(raw, options)
-    if options.starts is not None:
-        put(raw, ("solver", "starts"), options.starts.split(","))
+    starts = getattr(options, "solver.starts")
+    if starts is not None:
+        put(raw, ("solver", "starts"), starts.split(","))
 
 
 # What another flag, or the same angle in another unit, states too.
@@ -239,7 +242,7 @@ def _apply_parameters(raw: dict[str, Any], options: argparse.Namespace) -> None:
         same = _SAME.get(name, "")
         of_flag = None
         if same.startswith("--"):
-            of_flag = getattr(options, same.removeprefix("--"))
+            of_flag = getattr(options, ".".join(FLAGS[same][0]))
         other = next((key for key in (name, same) if key in stated), None)
         if other is not None or of_flag is not None:
             first = f"{same} {of_flag}" if other is None else f"--parameter {other}={stated[other]}"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -125,7 +125,12 @@ def _truss(name: str, value: Any) -> TrussParameters:
             changes["joint_masses"] = _joint_masses(f"{name}.joint_masses", raw["joint_masses"])
         return dataclasses.replace(base, **changes)
     except ModelError as error:
-        raise StudyError(str(error)) from error
+        raise StudyError(_with_table(str(error), name, fields)) from error
+
+
+def _with_table(sentence: str, name: str, keys: Sequence[str]) -> str:
+    """A sentence of the model, which knows no tables, about a key of one."""
+    return f"{name}.{sentence}" if sentence.split()[0] in keys else sentence
 
 
 def _joint_masses(name: str, raw: Any) -> JointMasses:
@@ -323,10 +328,12 @@ def study_from(raw: Mapping[str, Any]) -> TrussStudy:
     """
     check_keys(raw, [field.name for field in dataclasses.fields(TrussStudy)])
     if "minimise" not in raw:
-        known = ", ".join(OBJECTIVES)
         # what else is wrong is said first: this would hide it
         from_mapping(TrussStudy, {**raw, "minimise": "energy"})
-        raise StudyError(f"no objective is stated; give --objective or minimise, one of {known}")
+        raise StudyError(
+            "no objective is stated; give --objective, as --objective peak-force, or minimise in a "
+            "file; antenna-ocp truss --help lists all"
+        )
     return from_mapping(TrussStudy, raw)
 
 

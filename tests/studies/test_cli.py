@@ -30,7 +30,7 @@ FAST = (*TIMELESS, "--duration", "5")
         ((*TIMELESS, "--duration", "nan"), 2, "duration is nan"),
         ((*TIMELESS, "--duration", "inf"), 2, "duration is inf"),
         ((*TIMELESS, "--duration=-5"), 2, "duration is -5"),
-        ((*FAST, "--friction", "a"), 2, "pulley"),
+        ((*FAST, "--friction", "a"), 2, "--friction is 'a'; give"),
         ((*FAST, "--parameter", "crank=nan"), 2, "crank"),
         ((*FAST, "--parameter", "crank=0.6"), 2, "crank"),
         ((*FAST, "--parameter", "bar_length=0.8"), 2, "bar_length"),
@@ -55,6 +55,19 @@ FAST = (*TIMELESS, "--duration", "5")
         ((*FAST, "a.toml", "b.toml"), 2, "'b.toml' is one argument too many"),
         (("trus",), 2, "unknown sub-command 'trus'; did you mean truss?"),
         (("--versoin",), 2, "unknown flag --versoin; did you mean --version?"),
+        (FORCE[:2], 2, "--objective has no value; antenna-ocp truss --help explains"),
+        ((*FAST, "--overwrite=3"), 2, "--overwrite takes no value, but '3' is given"),
+        # the flag that was typed is named, and not the key that it states
+        ((*FAST, "--power-cap=--"), 2, "--power-cap is '--', which is no value"),
+        ((*FORCE, "--starts", "1..2", "--margin=--"), 2, "--margin is '--', which is no value"),
+        (("benchmarks", "--starts=--"), 2, "--starts is '--', which is no value"),
+        ((*FAST, "--power-cap", "a"), 2, "antenna-ocp: --power-cap is 'a'; give"),
+        ((*FAST, "--power-cap=a"), 2, "antenna-ocp: --power-cap is 'a'; give"),
+        ((*FAST, "--pow", "a"), 2, "unknown flag --pow; did you mean --power-cap?"),
+        (("arm", "solve", "--density", "0"), 2, "antenna-ocp: --density is 0; give"),
+        (("mission", "--total", "0"), 2, "antenna-ocp: --total is 0; give"),
+        # an angle is answered in degrees
+        ((*FAST, "--parameter", "net_angle_deg=95"), 2, "truss.net_angle 95 deg (1.65806 rad) is"),
     ],
 )
 def test_bad_input_is_one_sentence(
@@ -94,9 +107,13 @@ def test_an_unknown_key_of_a_file_is_named(
     (tmp_path / "a.toml").write_text('minimise = "energy"\n[caps]\njerc = 1.0\n')
     (tmp_path / "b.toml").write_text('minimise = "energy"\nwhatever = 1\n')
     (tmp_path / "c.toml").write_text("minimise = ")
+    (tmp_path / "d.toml").write_text('minimise = "energy"\ninitial_speed = 1\n')
+    (tmp_path / "e.toml").write_text('minimise = "energy"\nmotors = 2\n')
     for name, words in (
         ("a.toml", "unknown key caps.jerc; did you mean caps.jerk?"),
         ("b.toml", "unknown key whatever; known are"),
+        ("d.toml", "unknown key initial_speed; known are"),
+        ("e.toml", "unknown key motors; known are"),
         ("c.toml", "is not valid TOML"),
     ):
         assert main(["truss", str(tmp_path / name)]) == ExitCode.BAD_INPUT

@@ -17,6 +17,7 @@ from studies.common.configuration import (
     from_mapping,
     key,
     key_lines,
+    nearest,
     not_negative,
     optional,
     positive,
@@ -165,3 +166,19 @@ def test_a_whole_number_of_thousands_of_digits_is_refused(tmp_path: Path) -> Non
     path.write_text(f"duration = {'9' * 5000}", "utf-8")
     with pytest.raises(StudyError, match="a whole number of thousands of digits; write it as"):
         read_toml(path)
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("jerc", "jerk"),
+        ("pulley", "pulley_friction"),
+        ("frictoin", "pulley_friction"),
+        ("initial_speed", ""),
+        ("motors", ""),
+        ("ro", ""),
+    ],
+)
+def test_only_a_near_miss_is_suggested(word, meant):
+    known = ("jerk", "pulley_friction", "minimise", "truss", "rope_speed", "rope_jerk")
+    assert nearest(word, known) == meant

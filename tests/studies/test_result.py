@@ -194,6 +194,14 @@ def test_arrays_that_do_not_fit_their_axis_are_refused(folder: Path) -> None:
     assert "damaged or was changed" in refused(folder)
 
 
+def test_a_quantity_or_law_that_is_not_there_is_told_apart(folder: Path) -> None:
+    result = Result.load(folder)
+    with pytest.raises(StudyError, match="has no quantity 'peak-forse'; it has peak-force"):
+        result.value("peak-forse")
+    with pytest.raises(StudyError, match="no peak-force of a law 'bezier'; its laws are optimal"):
+        result.value("peak-force", "bezier")
+
+
 def row(key: str, better: str, **values: float) -> TableRow:
     """One row of a table."""
     return TableRow(key, key, "1", values, better=better)  # type: ignore[arg-type]

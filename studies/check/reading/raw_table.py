@@ -5,7 +5,6 @@ Nothing is known here of angles or ropes. Whatever cannot be read is answered wi
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError, quoted
+from studies.common.foreign_text import parsed_json
 
 LISTED = 8  # headers that a sentence lists
 ROOM = 1024  # bytes from which a kind of file is told
@@ -136,8 +136,8 @@ def _numbers(path: Path, name: str, values: Any) -> Array:
 def _from_json(path: Path) -> RawTable:
     """Our own export, or an object of lists, or a list of objects."""
     try:
-        content = json.loads(path.read_text("utf-8-sig"))
-    except (ValueError, RecursionError) as error:  # JSON and UTF-8 errors are ValueErrors
+        content = parsed_json(path.read_text("utf-8-sig"))
+    except ValueError as error:  # those of JSON and UTF-8, too
         refuse(path, f"cannot be understood as JSON ({error}); give CSV or valid JSON")
 
     if isinstance(content, dict) and isinstance(content.get("columns"), dict):

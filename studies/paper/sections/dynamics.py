@@ -261,7 +261,10 @@ def _force_rows(deployment: Deployment) -> list[Entry]:
 
     taut = motion.angle >= truss.net_angle
     rate = np.gradient(force, t)
-    slack_rate = float(rate[before & ~taut].max())
+    # in a fast motion the peak comes before the net is taut
+    slack_rate, taut_rate = (
+        float(rate[before & part].max(initial=-math.inf)) for part in (~taut, taut)
+    )
     return [
         shape("Fig. 19", f"motor force at the start, {mu}", "N", float(force[0]), rest),
         shape(
@@ -271,7 +274,7 @@ def _force_rows(deployment: Deployment) -> list[Entry]:
             peak.value,
             {
                 "rises monotonically to it": _rises(force[before]),
-                "faster once the net is taut": float(rate[before & taut].max()) > slack_rate,
+                "faster once the net is taut": taut_rate > slack_rate,
                 f"peak before 90 deg, at {at_peak:.1f} deg": truss.net_angle
                 < math.radians(at_peak)
                 < DEPLOYED,

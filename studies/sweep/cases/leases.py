@@ -18,6 +18,7 @@ from typing import Any
 
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import unwritable
+from studies.common.foreign_text import parsed_json
 from studies.sweep.cases.store import AGAIN
 
 FOLDER, ENDING = "leases", ".lease"
@@ -178,7 +179,7 @@ class Leases:
 def _read(path: Path) -> Lease | None:
     try:
         age = time.time() - path.stat().st_mtime
-        about: Mapping[str, Any] = json.loads(path.read_text("utf-8"))
+        about: Mapping[str, Any] = parsed_json(path.read_text("utf-8"))
         return Lease(str(about["host"]), int(about["process"]), str(about["born"]), age)
     except FileNotFoundError:
         return None

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.common.folder import plain, unwritable
+from studies.common.foreign_text import parsed_json
 from studies.sweep.cases.plan import CodeVersion, hashed
 
 FOLDER, HEAD, ENDING = "cases", "version.json", ".jsonl"
@@ -81,10 +82,10 @@ class CaseStore:
         """
         try:
             with self._file(key).open(encoding="utf-8") as file:
-                record = json.loads(file.readline())
+                record = parsed_json(file.readline())
         except OSError as error:
             raise DamagedCase(f"it cannot be read, {error.strerror}") from error
-        except (ValueError, RecursionError) as error:  # wrong UTF-8 is a ValueError, too
+        except ValueError as error:  # wrong UTF-8 is one, too
             raise DamagedCase("it is empty, cut off or no text") from error
         if not isinstance(record, dict) or HASH not in record:
             raise DamagedCase("it is no record of a case")
@@ -101,9 +102,9 @@ class CaseStore:
         """
         try:
             with self._file(key).open(encoding="utf-8") as file:
-                stated = json.loads(file.readline())[MOTION]
+                stated = parsed_json(file.readline())[MOTION]
                 return bool(stated == _digest(file.readline()))
-        except (OSError, ValueError, KeyError):
+        except (OSError, ValueError, LookupError, TypeError):
             return False
 
     def motion(self, key: str) -> dict[str, Any] | None:
@@ -112,8 +113,8 @@ class CaseStore:
             with self._file(key).open(encoding="utf-8") as file:
                 file.readline()
                 second = file.readline()
-            return dict(json.loads(second)) if second.strip() else None
-        except (OSError, ValueError):
+            return dict(parsed_json(second)) if second.strip() else None
+        except (OSError, ValueError, TypeError):
             return None
 
     def write(self, record: Mapping[str, Any], motion: Mapping[str, Any] | None = None) -> None:
@@ -166,7 +167,7 @@ def _digest(line: str) -> str:
 def _in_words(head: Path) -> str:
     """A version as its folder states it."""
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
-        stated = json.loads(head.read_text("utf-8"))
+        stated = parsed_json(head.read_text("utf-8"))
         return (
             f"{head.parent.name} (format {stated['schema']}, version {stated['package']}, "
             f"CasADi {stated['casadi']}, sources {stated['sources'][:8]})"

@@ -76,7 +76,7 @@ def check_attained(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
     # a cap that the motion near the limit keeps anyway changes nothing
     if not least.attained and keeps_the_caps(study, least.motion):
         raise _infeasible(
-            f"no motion is best: {least.sentence}; cap the jerk, or choose a duration below "
+            f"no motion is best: {least.sentence}; cap the jerk, or take less than "
             f"{least.motion.duration:.3g} s"
         )
 
@@ -211,7 +211,7 @@ def _check_tension(study: TrussStudy) -> None:
             raise _infeasible(
                 f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} "
                 f"statics fix the tension of the last one to {tension:.6g} N; lower least_tension "
-                "to that, or remove the jerk cap, with which the acceleration is zero there"
+                "to that, or remove the jerk cap"
             )
         cap = force_cap(study)
         if cap is not None and floor / share > cap:

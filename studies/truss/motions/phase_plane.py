@@ -106,10 +106,9 @@ class LeastForce:
         """What to say of this bound."""
         if self.attained:
             return f"least peak rope force without further caps: {self.force:.6g} N (phase plane)"
-        nearest = self.motion.force / self.force - 1.0
         return (
-            f"the least peak rope force is {self.force:.6g} N (to {nearest:.0e} of it), a limit "
-            "that no motion attains: it would arrive at rest in the unstable equilibrium at "
+            f"the least peak rope force is {self.force:.6g} N, a limit that no motion attains: it "
+            "would rest in the unstable equilibrium at "
             f"{math.degrees(_slowest_angle(self.motion)):.2f} deg"
         )
 

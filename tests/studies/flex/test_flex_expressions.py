@@ -42,7 +42,7 @@ def test_a_law_has_its_value_and_exact_derivatives(text, value, rate, accelerati
         ("True", "has True, which is no number"),
         ("2j", "has 2j, which is no number"),
         ("x + 1", "has the unknown name 'x'"),
-        ("time", "has the unknown name 'time'; did you mean"),
+        ("time", "has the unknown name 'time'; known are t"),
         ("sin(t, 1)", "sin takes 1 argument(s)"),
         ("sin(x=1)", "sin takes 1 argument(s)"),
         ("t +", "which is no expression in t"),

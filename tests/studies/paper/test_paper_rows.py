@@ -17,7 +17,7 @@ from studies.paper.cases import Cases
 from studies.paper.config import PaperStudy
 from studies.paper.entries import Entry, PaperVerdict
 from studies.paper.listing import cells, entries_from, entry_from, errata_rows, rows_csv
-from studies.paper.sections.dynamics import dynamics_entries
+from studies.paper.sections.dynamics import _force_rows
 from studies.paper.sections.planning import planning_entries
 from studies.paper.sections.truss_model import truss_entries
 from studies.paper.study import result_of, unique_keys
@@ -175,3 +175,11 @@ def test_the_whole_paper_is_recomputed(tmp_path, capsys):
     # a row whose verdict fails makes the result fail
     broken = [dataclasses.replace(found[0], holds=False), *found[1:]]
     assert not result_of(PaperStudy(), broken, Cases(PaperStudy())).passed
+
+
+def test_a_motion_whose_peak_force_is_at_its_start_has_its_rows():
+    # the inertia of a fast motion asks for the most force before the net is taut
+    bezier, _ = Cases(PaperStudy(duration=3.0)).laws(TrussParameters())
+    _, greatest, _ = _force_rows(bezier)
+    assert "faster once the net is taut" in greatest.reason
+    assert not greatest.holds
