@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TextIO
 
+PLAIN_TIMES = 10.0  # times a limit: beyond it a percentage says less than the ratio
 QUIET = 10.0  # [s] between lines of progress where there is no terminal
 
 
@@ -40,6 +41,14 @@ def _row(cells: Sequence[str], widths: Sequence[int]) -> str:
 def number(value: float | None, digits: int = 5) -> str:
     """Return a number with `digits` significant digits, or a dash where there is none."""
     return "-" if value is None or value != value else f"{value:.{digits}g}"
+
+
+def above(excess: float) -> str:
+    """How a value lies to its limit, by its relative excess: "82 % above", or "4100 times"."""
+    ratio = 1.0 + excess
+    if ratio < PLAIN_TIMES:
+        return f"{float(f'{100 * excess:.2g}'):g} % above"
+    return f"{float(f'{ratio:.2g}'):.0f} times" if ratio < 1e6 else f"{ratio:.1e} times"
 
 
 @dataclass

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from studies.common.result import Result
     from studies.drive.course import Course
     from studies.drive.schema import Drive
+    from studies.drive.setpoints import SetPoints
     from studies.export.polynomials import Segments
     from studies.export.round_trip import RoundTrip
     from studies.export.source import Source
@@ -31,6 +33,8 @@ ROUNDS = 5  # of optimising again inside lower limits
 PLANS = 8  # of a stop, which take a moment each
 ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
 MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
+EXACT = 2**30  # counts a turn that round nothing off
+PARTIAL = ("stop_at", "resume_at", "stop_within")
 RECORD = ".record.json"  # behind the name of the file that it belongs to
 MANY = 50_000  # points, of which about so many a second are written and played
 
@@ -105,6 +109,7 @@ def _add_stop(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Write the motion."""
     from studies.common.result import Result
+    from studies.export.beyond_caps import beyond_in_words
     from studies.export.source import source_of, with_motion
 
     _refuse_contradictions(options)
@@ -121,11 +126,16 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     content: str | bytes
     record: RoundTrip | None
     if options.to in ("segments", "c99"):
-        content, record = _curve(source, course, drive, options)
+        content, record = _curve(source, course, drive, stated, options)
     elif options.to in ("csv", "json", "mat", "parquet"):
         content, record = _columns(source, course, drive, stated, options, console)
     else:
-        content, record = _table(source, course, drive, options, console)
+        source, content, record = _table(source, course, drive, options, console)
+    if record is not None and (words := beyond_in_words(record.beyond)):
+        # a motion keeps its caps, and what was made of it here need not: that comes first
+        advice = _advice(source, drive, options, record, console)
+        said = "; ".join(f"{what}: {which}" for what, which in words.items())
+        console.complain(f"{said}\n  it is written all the same{advice}")
     return _hand_over(content, record, options, console)
 
 
@@ -191,18 +201,39 @@ def _course(source: Source, drive: Drive, options: argparse.Namespace) -> Course
 
 def _table(
     source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
-) -> tuple[str, RoundTrip]:
+) -> tuple[Source, str, RoundTrip]:
     """The table of a drive, read back and played; optimised again where that is asked for."""
     content, record = _written(source, course, drive, options, console)
     if not record.breaches:
-        return content, record
+        return source, content, record
     if _partial(options):
-        return _planned_again(source, drive, options, record, console)
-    if not options.within_limits:
-        raise _refusal(record, "; --within-limits optimises the motion again inside the limits")
-    if source.truss is None or course.signal == "angle":
-        raise _refusal(record, "; --within-limits is for the rope of a truss only")
+        return source, *_planned_again(source, drive, options, record, console)
+    rope = source.truss is not None and course.signal != "angle"
+    if not (options.within_limits and rope):
+        advice = _advice(source, drive, options, record, console)
+        if rope:
+            advice += "\n  or: --within-limits, which optimises the motion again inside the limits"
+        elif options.within_limits:
+            advice += "\n  --within-limits is for the rope of a truss only"
+        raise _refusal(record, advice)
+    try:
+        return _optimised_again(source, course, drive, options, record, console)
+    except StudyError as error:
+        if error.exit_code != ExitCode.NOT_SOLVED:
+            raise
+        advice = _advice(source, drive, options, record, console)
+        raise StudyError(f"{error}{advice}", error.exit_code) from error
 
+
+def _optimised_again(
+    source: Source,
+    course: Course,
+    drive: Drive,
+    options: argparse.Namespace,
+    record: RoundTrip,
+    console: Console,
+) -> tuple[Source, str, RoundTrip]:
+    """The table of another motion, which leaves room in the limits for what a table adds."""
     from studies.export.formats import TABLES, tabulated
     from studies.export.source import with_law
     from studies.export.within_limits import law_within, lowered, nearer
@@ -219,9 +250,12 @@ def _table(
         course = _course(source, drive, options)
         content, record = _written(source, course, drive, options, console)
         if not record.breaches:
-            return content, record
+            return source, content, record
         inside = nearer(inside, record.breaches)
-    raise _refusal(record, ", even after the motion was optimised inside the lowered limits")
+    advice = _advice(source, drive, options, record, console)
+    raise _refusal(
+        record, f", even after the motion was optimised inside the lowered limits{advice}"
+    )
 
 
 def _planned_again(
@@ -255,9 +289,71 @@ def _planned_again(
         content, record = _written(source, course, drive, options, console)
         if not record.breaches:
             return content, record
-    tried = "" if inside is drive else ", with lower limits of the plan, too"
-    remedy = "; give it more time by --stop-within, or take another --step or more counts"
-    raise _refusal(record, tried + remedy)
+    tried = "" if inside is drive else ", also with lower limits of the plan"
+    raise _refusal(record, tried + _advice(source, drive, options, record, console))
+
+
+def _advice(
+    source: Source,
+    drive: Drive,
+    options: argparse.Namespace,
+    record: RoundTrip,
+    console: Console,
+) -> str:
+    """Why a table breaks limits or caps, and another one that was played and does not."""
+    from studies.export import remedies
+    from studies.export.formats import TABLES
+    from studies.export.round_trip import itself
+
+    if options.to in ("segments", "c99"):  # what samples them is not known here
+        return "; study the motion with lower caps, or raise the limits of the drive"
+
+    def play(flags: Mapping[str, str], other: Drive) -> RoundTrip:
+        spaced = {"step": None, "points": None} if {"step", "points"} & set(flags) else {}
+        changed = argparse.Namespace(**{**vars(options), **spaced, **flags})
+        return _played(source, _course(source, other, changed), other, changed)
+
+    console.progress("playing other tables, to find one that keeps limits and caps")
+    course = _course(source, drive, options)
+    points = _set_points(course, drive, options)
+    exact = record if points.count is None else play({}, dataclasses.replace(drive, counts=EXACT))
+    origin = remedies.INTERPOLATION if remedies.mostly(exact, record) else remedies.ROUNDING
+    if remedies.mostly(itself(course, drive, source.truss, source.result), record):
+        parts = {"stop_at": "stop", "resume_at": "way on"}
+        origin = next((name for key, name in parts.items() if getattr(options, key)), "motion")
+    stated = {key: text for key, text in vars(options).items() if key in PARTIAL and text}
+    even = options.to in TABLES and TABLES[options.to].even
+    rounding = origin == remedies.ROUNDING
+    spacings = remedies.other_spacings(course, points, drive, even, rounding)
+    groups: tuple[Iterable[remedies.Table], ...] = (spacings,)
+    if rounding:
+        groups = spacings, remedies.finer_encoders(drive, spacings)
+    elif origin != remedies.INTERPOLATION:
+        groups = (remedies.other_plans(course, drive, stated),)
+    cause = remedies.cause(record, course, points, origin)
+    room = origin in (remedies.ROUNDING, remedies.INTERPOLATION)
+    return cause + remedies.advice(play, record, groups, console.live, room=room)
+
+
+def _set_points(course: Course, drive: Drive, options: argparse.Namespace) -> SetPoints:
+    """The points of a table, or of columns that a drive has to follow."""
+    from studies.drive.setpoints import sampled
+    from studies.export.formats import TABLES, tabulated
+
+    if options.to in TABLES:
+        return tabulated(course, options.to, drive, _spacing(options))
+    return sampled(course, _times_of_columns(course, drive, options), drive.count(course.unit))
+
+
+def _played(source: Source, course: Course, drive: Drive, options: argparse.Namespace) -> RoundTrip:
+    from studies.export.formats import TABLES
+    from studies.export.round_trip import round_trip
+
+    kind = TABLES[options.to].interpolation if options.to in TABLES else None
+    points = _set_points(course, drive, options)
+    return round_trip(
+        course, points, drive, kind, source.truss, source.result, partial=_partial(options)
+    )
 
 
 def _written(
@@ -280,15 +376,16 @@ def _written(
     record = round_trip(
         course, again, drive, form.interpolation, source.truss, source.result, _partial(options)
     )
-    beyond = {} if _partial(options) else beyond_in_words(record.values)
+    beyond = beyond_in_words(record.beyond)
     if beyond:
         content = form.write(points, beyond | _about(source, course, options), drive.ropes)
     return content, record
 
 
 def _refusal(record: RoundTrip, remedy: str) -> StudyError:
-    broken = "; ".join(breach.sentence for breach in record.breaches)
-    return StudyError(f"the export is refused: {broken}{remedy}", ExitCode.NOT_VERIFIED)
+    first, *others = (breach.sentence for breach in record.breaches)
+    more = "".join(f"\n  and {sentence}" for sentence in others)
+    return StudyError(f"the export is refused: {first}{more}{remedy}", ExitCode.NOT_VERIFIED)
 
 
 def _partial(options: argparse.Namespace) -> bool:
@@ -296,12 +393,13 @@ def _partial(options: argparse.Namespace) -> bool:
 
 
 def _curve(
-    source: Source, course: Course, drive: Drive, options: argparse.Namespace
+    source: Source, course: Course, drive: Drive, stated: bool, options: argparse.Namespace
 ) -> tuple[str, RoundTrip]:
     """Polynomial segments, played from their own values at the drive's period."""
     from studies.drive.course import DRUM, polynomial_course
     from studies.drive.setpoints import sampled, uniform_times
     from studies.export import c99, polynomials
+    from studies.export.beyond_caps import beyond_in_words
     from studies.export.round_trip import round_trip
 
     whole = not (_partial(options) or drive.start_dwell or drive.end_dwell)
@@ -317,22 +415,29 @@ def _curve(
     if rounded:
         segments = _in_float(segments, course, options)
     about = _about(source, course, options) | {"error": f"{segments.error:.3g} {segments.unit}"}
-    if options.to == "segments":
-        content = polynomials.write_segments(segments, about)
-        segments = polynomials.read_segments(content)
-    else:
-        content = c99.write_source(segments, about, options.real)
 
+    def written(beyond: Mapping[str, str]) -> str:
+        if options.to == "segments":
+            return polynomials.write_segments(segments, {**beyond, **about})
+        return c99.write_source(segments, {**beyond, **about}, options.real)
+
+    content = written({})
+    if options.to == "segments":
+        segments = polynomials.read_segments(content)
     if rounded:
         again = c99.float_course(segments, course)
     else:
         curve = segments.curve()
         again = polynomial_course(course.signal, course.unit, curve, course.switches)
     points = sampled(again, uniform_times(again, drive.period), drive.count(course.unit))
-    record = round_trip(course, points, drive, None, source.truss, source.result, _partial(options))
+    # a curve has no points; nobody says here how a drive samples it unless the drive is stated
+    kind = None if stated else "quintic"
+    record = round_trip(course, points, drive, kind, source.truss, source.result, _partial(options))
     if record.breaches:
         raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
-    return content, record
+    samples = {"points": f"none; played from {points.times.size} of its own values"}
+    record = dataclasses.replace(record, values={**record.values, **samples})
+    return written(beyond_in_words(record.beyond)), record
 
 
 def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -> Segments:
@@ -361,18 +466,13 @@ def _columns(
 
     Where a drive is stated its set-points are further columns, and these are played.
     """
-    import numpy as np
-
-    from studies.drive.setpoints import sampled, switch_point_times, uniform_times
+    from studies.drive.setpoints import sampled
+    from studies.export.beyond_caps import beyond_in_words
     from studies.export.round_trip import round_trip
     from studies.export.set_point_columns import SET_POINT, with_set_points
     from studies.export.source import with_rests
 
-    spacing = _spacing(options)
-    if spacing.points is not None:
-        times = switch_point_times(course, spacing.points - 1)
-    else:
-        times = np.minimum(uniform_times(course, spacing.step or drive.period), course.duration)
+    times = _times_of_columns(course, drive, options)
     _told(console, "evaluating", len(times))
     columns = with_rests(source, drive).rows(times)
     if not stated:
@@ -383,12 +483,26 @@ def _columns(
     points = sampled(course, times, drive.count(course.unit))
     record = round_trip(course, points, drive, None, source.truss, source.result)
     if record.breaches:
-        raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
+        raise _refusal(record, _advice(source, drive, options, record, console))
     result, columns = with_set_points(source.result, columns, course, points, drive)
     about = {"column that is played": SET_POINT.format(signal=course.signal)}
     record = dataclasses.replace(record, values={**about, **record.values})
     _told(console, "writing", len(times))
-    return _columns_of(result, columns, options), record
+    return _columns_of(result, columns, options, beyond_in_words(record.beyond)), record
+
+
+def _times_of_columns(course: Course, drive: Drive, options: argparse.Namespace) -> Array:
+    """Times (m,) of rows of the whole profile."""
+    import numpy as np
+
+    from studies.drive.setpoints import switch_point_times, uniform_times
+
+    spacing = _spacing(options)
+    if spacing.points is not None:
+        return switch_point_times(course, spacing.points - 1)
+    times = uniform_times(course, spacing.step or drive.period)
+    clipped: Array = np.minimum(times, course.duration)
+    return clipped
 
 
 def _told(console: Console, what: str, count: int) -> None:
@@ -398,9 +512,17 @@ def _told(console: Console, what: str, count: int) -> None:
 
 
 def _columns_of(
-    result: Result, columns: Mapping[str, Array] | None, options: argparse.Namespace
+    result: Result,
+    columns: Mapping[str, Array] | None,
+    options: argparse.Namespace,
+    first: Mapping[str, str] = MappingProxyType({}),
 ) -> str | bytes:
-    """The columns in their format; the stored ones unless others are given."""
+    """The columns in their format; the stored ones unless others are given.
+
+    Parameters
+    ----------
+    first : what the file says before all else.
+    """
     from studies.common import columns as text
     from studies.export import binary
 
@@ -408,10 +530,11 @@ def _columns_of(
         columns = text.stored_columns(result)
     if options.to == "csv":
         dialect = text.Dialect(options.separator, options.decimal, not options.no_header)
-        return text.write_csv(result, columns, dialect)
+        return text.write_csv(result, columns, dialect, first)
     if options.to == "json":
-        return text.write_json(result, columns)
-    return (binary.write_mat if options.to == "mat" else binary.write_parquet)(result, columns)
+        return text.write_json(result, columns, first)
+    write = binary.write_mat if options.to == "mat" else binary.write_parquet
+    return write(result, columns, first)
 
 
 def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[str, str]:
@@ -423,11 +546,27 @@ def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[
         "program": f"{PROGRAM} {version(PROGRAM)}",
         "question": source.result.question,
         "signal": f"{course.signal} [{course.unit}]",
+        "position": _meaning(course),
         "unit": course.unit,
         "duration_s": f"{course.duration:.15g}",
         **{name: f"{value} s" for name, value in part.items() if value is not None},
         **({"note": course.note} if course.note else {}),
     }
+
+
+def _meaning(course: Course) -> str:
+    """What the positions of a table are."""
+    from studies.drive.course import DRUM
+
+    since = "since the stowed truss was at rest, positive"
+    if course.signal == "rope":
+        less = "" if course.stretch is None else ", less the stretch of the rope"
+        return (
+            f"rope hauled in {since}; the column rope_length of a CSV export falls by as much{less}"
+        )
+    if course.signal == DRUM:
+        return f"turn of the drum {since} if rope is hauled in"
+    return "angle" if course.signal == "angle" else "angle since the start"
 
 
 def _spacing(options: argparse.Namespace) -> Any:
@@ -455,16 +594,7 @@ def _positive(name: str, text: str | None) -> float | None:
 def _hand_over(
     content: str | bytes, record: RoundTrip | None, options: argparse.Namespace, console: Console
 ) -> ExitCode:
-    """Print the text, or write it with its record beside it; caps that it exceeds come first."""
-    from studies.export.beyond_caps import beyond_in_words
-
-    # a stop is planned inside limits of its own
-    values = {} if record is None or _partial(options) else record.values
-    for what, words in beyond_in_words(values).items():
-        console.complain(
-            f"{what}: {words}, between the points of the table; it is written all the same: take a "
-            "smaller --step or more counts, or study the motion with caps that are lower by that"
-        )
+    """Print the text, or write it with its record beside it."""
     if options.output is None:
         if isinstance(content, bytes):
             raise StudyError(f"--to {options.to} is no text; name a file with --output")

@@ -1,0 +1,222 @@
+"""What helps a table that its drive would play badly: other tables, each played before it is named.
+
+Rounded positions are divided by the step squared: a shorter step makes that worse, and a longer one
+makes the interpolation worse. Which of the two it is, and which step is right, no rule says. So
+other steps, numbers of points and encoders are tried, and the first table that passes is named.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from studies.common.exit_codes import StudyError
+from studies.drive.course import Course
+from studies.drive.schema import Drive
+from studies.drive.setpoints import SetPoints
+from studies.export.round_trip import RoundTrip
+from studies.truss.limits.caps import CAPPED
+
+STEPS = (1.0, 2.0, 5.0)  # times a power of ten [s]
+SHORTER, LONGER = 10.0, 1000.0  # than the step of the table: how far others are tried
+POINTS = tuple(round(2 ** (k / 2)) for k in range(7, 24))  # 11 to 2896
+MOST = 20_000  # points of a table that is tried: each takes a moment
+COUNTS = 2**24  # the finest encoder that is tried, a turn
+OTHERS = 4  # spacings that are tried with each encoder
+HALF = 0.5  # of what is exceeded: what makes more of it is its cause
+ROUNDING, INTERPOLATION = "rounding", "interpolation"
+LITTLE = 0.25  # of a cap: what a table may leave before another encoder is tried
+LESS = 0.9  # of what is exceeded: a table that leaves more is no remedy
+MORE_TIME = (1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)  # times that of a stop
+SLOWER = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)  # times the speed of the way on
+ROOM = 0.99  # of a cap with room for what the table adds: what it adds changes with the motion
+
+Flags = Mapping[str, str]  # of the command, by their names in its options
+Play = Callable[[Flags, Drive], RoundTrip]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table that might do.
+
+    Attributes
+    ----------
+    words : what a user types, or writes into the drive.
+    flags, drive : that make it.
+    """
+
+    words: str
+    flags: Flags
+    drive: Drive
+
+
+def worst(record: RoundTrip) -> float:
+    """The largest relative excess of a limit or cap; what is broken by a slack rope is infinite."""
+    broken = [breach.excess for breach in record.breaches]
+    return max([*broken, *(one.excess for one in record.beyond if one.excess > 0.0)], default=0.0)
+
+
+def advice(
+    play: Play,
+    record: RoundTrip,
+    groups: Iterable[Iterable[Table]],
+    tell: Callable[[str], None],
+    *,
+    room: bool,
+) -> str:
+    """The first other table that breaks nothing.
+
+    If there is none, the best one is named with what it leaves, and caps of the study with room
+    for that. A further group is only tried if the ones before leave much.
+
+    Parameters
+    ----------
+    play : makes and plays a table.
+    record : of the table as it is.
+    tell : where the search stands.
+    room : whether another motion of the study would help.
+    """
+    best, words, tried = record, "", 0
+    for group in groups:
+        for table in group:
+            tell(f"other tables that were played: {tried}")
+            try:
+                found = play(table.flags, table.drive)
+            except StudyError:  # it does not fit the device
+                continue
+            tried += 1
+            if worst(found) == 0.0:
+                return f"\n  remedy, played and found to pass: {table.words}"
+            if (bool(found.breaches), worst(found)) < (bool(best.breaches), LESS * worst(best)):
+                best, words = found, table.words
+        if words and not best.breaches and worst(best) <= LITTLE:
+            break
+    room = _room(best) if room else ""
+    if not tried:
+        return ""
+    if not words:
+        return f"\n  none of {tried} other tables that were played is better{room}"
+    left = "; ".join([*(b.sentence for b in best.breaches), *(b.words for b in best.beyond)])
+    kept = ", which keeps the limits of the drive" if record.breaches and not best.breaches else ""
+    return (
+        f"\n  best of {tried} other tables that were played: {words}{kept}; it leaves {left}{room}"
+    )
+
+
+def _room(record: RoundTrip) -> str:
+    """Caps for another run of the study, which leave room for what the table adds."""
+    caps = [
+        f"caps.{CAPPED[one.key]} = {ROOM * one.cap / (1.0 + one.excess):.3g}"
+        for one in record.beyond
+        if one.key in CAPPED and one.key != "least-tension" and math.isfinite(one.excess)
+    ]
+    if record.breaches or not caps:
+        return ""
+    return f"\n  room for that has a motion of the study with {', '.join(caps)}"
+
+
+def mostly(part: RoundTrip, record: RoundTrip) -> bool:
+    """Whether a table exceeds at least half of what another one does."""
+    return worst(part) > HALF * worst(record) or math.isinf(worst(part))
+
+
+def cause(record: RoundTrip, course: Course, points: SetPoints, origin: str) -> str:
+    """Why a table exceeds limits or caps, in a sentence.
+
+    Parameters
+    ----------
+    origin : "rounding", "interpolation", or else what itself exceeds them, such as a stop.
+    """
+    step, unit, (_, peak, _) = points.shortest, course.unit, course.peaks
+    if origin == ROUNDING:
+        count = points.count or 0.0
+        return (
+            f"\n  cause: positions are rounded to counts of {count:.2g} {unit}; that divided by "
+            f"the square of the step of {step:.3g} s is {count / step**2:.2g} {unit}/s^2, and the "
+            f"motion has at most {peak:.2g} {unit}/s^2"
+        )
+    if origin == INTERPOLATION:
+        loop = ", and the position loop, which overshoots" if behind_a_loop(record) else ""
+        return (
+            "\n  cause: not the rounding, but the interpolation between points up to "
+            f"{points.longest:.3g} s apart{loop}"
+        )
+    return f"\n  cause: the {origin} itself, not its table"
+
+
+def behind_a_loop(record: RoundTrip) -> bool:
+    """Whether the playback goes on after its table, until a loop has settled."""
+    return bool(record.playback.time[-1] > record.playback.end)
+
+
+def other_spacings(
+    course: Course, points: SetPoints, drive: Drive, even: bool, rounding: bool
+) -> list[Table]:
+    """Other steps and numbers of points; what is closest to the table as it is comes first.
+
+    Parameters
+    ----------
+    points : of the table as it is.
+    even : whether the format asks for equal steps.
+    rounding : whether more points would only make it worse.
+    """
+    size = points.times.size
+    found = [*_steps(course, points), *([] if even else _numbers(course, points))]
+    if rounding:
+        found = [one for one in found if one[1] < size]
+    found.sort(key=lambda one: abs(math.log(one[1] / size)))
+    return [
+        Table(" ".join(f"--{name} {value}" for name, value in flags.items()), flags, drive)
+        for flags, _ in found
+    ]
+
+
+def finer_encoders(drive: Drive, spacings: Sequence[Table]) -> Iterator[Table]:
+    """More counts a turn, with the points as they are and with some of the other spacings."""
+    counts = drive.counts
+    while counts is not None and counts <= COUNTS // 4:
+        counts *= 4
+        finer = dataclasses.replace(drive, counts=counts)
+        yield Table(f"counts = {counts} in the drive", {}, finer)
+        for table in spacings[:: max(1, len(spacings) // OTHERS)]:
+            yield Table(f"counts = {counts} in the drive and {table.words}", table.flags, finer)
+
+
+def other_plans(course: Course, drive: Drive, options: Flags) -> Iterator[Table]:
+    """More time for a stop, and for the way on a lower speed, which makes it last longer.
+
+    Parameters
+    ----------
+    options : that the user has stated, of `stop_at`, `resume_at` and `stop_within`.
+    """
+    within = options.get("stop_within")
+    if "stop_at" in options and within is not None:
+        for times in MORE_TIME:
+            longer = f"{times * float(within):.4g}"
+            yield Table(f"--stop-within {longer}", {"stop_within": longer}, drive)
+    if "resume_at" in options:
+        for share in SLOWER:
+            speed = float(f"{share * course.peaks[0]:.3g}")
+            slower = dataclasses.replace(drive, speed=speed)
+            yield Table(f"speed = {speed:g} in the drive, which makes it last longer", {}, slower)
+
+
+def _steps(course: Course, points: SetPoints) -> list[tuple[dict[str, str], int]]:
+    mean = course.duration / (points.times.size - 1)
+    found = []
+    for power in range(-4, 4):
+        for step in (first * 10.0**power for first in STEPS):
+            number = round(course.duration / step) + 1
+            if mean / SHORTER <= step <= mean * LONGER and 9 <= number <= MOST:
+                found.append(({"step": f"{step:.3g}"}, number))
+    return found
+
+
+def _numbers(course: Course, points: SetPoints) -> list[tuple[dict[str, str], int]]:
+    return [
+        ({"points": str(number)}, number)
+        for number in POINTS
+        if number > len(course.switches) and number <= SHORTER * points.times.size
+    ]
