@@ -18,12 +18,13 @@ import numpy as np
 from models.truss import TrussParameters, angle_from_rope_length, rope_length
 from ocp.arrays import Array
 from studies.drive.course import rope_slopes
-from studies.drive.loop import FINEST, followed_in_pieces
+from studies.drive.loop import followed_in_pieces
 from studies.drive.playback import Playback, along
 from studies.drive.schema import Drive
 
 STEEL_ROPE = 6e5  # N: stiffness of a steel rope of 3 mm, 5 mm^2 at 120 GPa, times its length
 DAMPING = 0.05  # of the truss on its rope: pulleys and joints rub
+CUBIC = 0.125  # of the loop's time constant 1/w: a cubic over it has the acceleration to 1 %
 MOST = 1_000_000  # pieces of time
 
 
@@ -45,7 +46,7 @@ def felt(
     edges = times
     if drive.natural_frequency is not None:  # behind a loop nothing is faster than the loop
         last = float(output.time[-1])
-        pieces = int(min(np.ceil(last * drive.natural_frequency / FINEST), MOST))
+        pieces = int(min(np.ceil(last * drive.natural_frequency / CUBIC), MOST))
         edges = np.linspace(0.0, last, pieces + 1)
     rounding = output.at(edges)[:2] - exact.at(edges)[:2]
 

@@ -73,7 +73,7 @@ class BeyondCap:
             return f"{found} ({above(self.excess)} the cap of {self.cap:.4g})"
         if self.value <= 0.0:
             return f"{found} (a slack rope; the cap is {self.cap:.4g})"
-        return f"{found} ({100 * self.excess:.2g} % short of the cap of {self.cap:.4g})"
+        return f"{found} ({100 * self.excess:.0f} % short of the cap of {self.cap:.4g})"
 
 
 def beyond_caps(
