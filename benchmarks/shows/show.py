@@ -31,6 +31,7 @@ SHOWS = {
     "drive-table": "benchmarks.shows.drive.table",
     "drive-points": "benchmarks.shows.drive.points",
     "drive-formats": "benchmarks.shows.drive.formats",
+    "export-remedies": "benchmarks.shows.drive.export_remedies",
     "sweep": "benchmarks.shows.scale.sweeps",
     "engine-families": "benchmarks.shows.engine.families",
     "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
