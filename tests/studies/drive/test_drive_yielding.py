@@ -61,7 +61,7 @@ def test_the_mechanism_moves_as_a_mass_on_the_rope() -> None:
     at = np.linspace(0.0, 10.0, 401)
     solved = solve_ivp(rates, (0.0, 10.0), [0.0, 0.0], "DOP853", at, rtol=1e-7, atol=1e-13)
     mine = np.stack([np.interp(at[1:-1], output.time, row) for row in found[:2]])
-    # to a part of the largest: masses are interpolated here, and frozen for a few milliseconds there
+    # of the largest: masses are interpolated here, and constant for some milliseconds there
     for row, other in zip(mine, solved.y[:, 1:-1], strict=True):
         assert np.abs(row - other).max() < 0.02 * np.abs(other).max()
 
@@ -95,4 +95,3 @@ def test_a_stiffer_rope_hands_on_more_of_the_rounding() -> None:
     # what a rigid rope hands on
     rigid = float(np.abs((output.motion[2] - smooth.at(output.time)[2])[early]).max())
     assert peaks[2] == pytest.approx(rigid, rel=0.05)
-

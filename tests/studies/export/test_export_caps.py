@@ -75,7 +75,7 @@ def test_a_tension_is_short_of_its_own_cap_and_not_of_the_force(
 
 @pytest.mark.parametrize(
     ("excess", "said"),
-    [(0.00126, "0.13 % above"), (0.82, "82 % above"), (3.94, "390 % above"), (7029.0, "7000 times")],
+    [(0.00126, "0.13 % above"), (0.82, "82 % above"), (3.94, "390 % above"), (7029, "7000 times")],
 )
 def test_what_exceeds_a_cap_is_said_in_plain_numbers(excess: float, said: str) -> None:
     jerk = BeyondCap("peak-jerk", "peak angular jerk", "rad/s^3", 2.0 * (1 + excess), 2.0)
