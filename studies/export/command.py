@@ -265,7 +265,19 @@ def _planned_again(
     record: RoundTrip,
     console: Console,
 ) -> tuple[str, RoundTrip]:
-    """The table of a stop, or of what follows it, planned inside lower limits.
+    """The table of a stop, or of what follows it, planned inside lower limits."""
+    inside, again = _planned_inside(source, drive, options, record)
+    if not again.breaches:
+        course = _course(source, inside, options)
+        return _written(source, course, drive, options, console)
+    tried = "" if inside is drive else ", also with lower limits of the plan"
+    raise _refusal(again, tried + _advice(source, drive, options, again, console))
+
+
+def _planned_inside(
+    source: Source, drive: Drive, options: argparse.Namespace, record: RoundTrip
+) -> tuple[Drive, RoundTrip]:
+    """Lower limits of a plan, and the record of its table.
 
     Such a course rides its limit. What interpolation, rounding and the loop add comes on top, so
     that it is planned again inside a limit that is lower by as much as the table was above.
@@ -286,11 +298,8 @@ def _planned_again(
             course = _course(source, inside, options)
         except StudyError:  # the lower limits leave no such course
             break
-        content, record = _written(source, course, drive, options, console)
-        if not record.breaches:
-            return content, record
-    tried = "" if inside is drive else ", also with lower limits of the plan"
-    raise _refusal(record, tried + _advice(source, drive, options, record, console))
+        record = _played(source, course, drive, options)
+    return inside, record
 
 
 def _advice(
@@ -311,7 +320,10 @@ def _advice(
     def play(flags: Mapping[str, str], other: Drive) -> RoundTrip:
         spaced = {"step": None, "points": None} if {"step", "points"} & set(flags) else {}
         changed = argparse.Namespace(**{**vars(options), **spaced, **flags})
-        return _played(source, _course(source, other, changed), other, changed)
+        found = _played(source, _course(source, other, changed), other, changed)
+        if found.breaches and _partial(options):
+            return _planned_inside(source, other, changed, found)[1]
+        return found
 
     console.progress("playing other tables, to find one that keeps limits and caps")
     course = _course(source, drive, options)
@@ -331,7 +343,7 @@ def _advice(
     elif origin != remedies.INTERPOLATION:
         groups = (remedies.other_plans(course, drive, stated),)
     cause = remedies.cause(record, course, points, origin)
-    room = origin in (remedies.ROUNDING, remedies.INTERPOLATION)
+    room = origin in (remedies.ROUNDING, remedies.INTERPOLATION) and not _partial(options)
     return cause + remedies.advice(play, record, groups, console.live, room=room)
 
 

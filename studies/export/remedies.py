@@ -31,7 +31,8 @@ LITTLE = 0.25  # of a cap: what a table may leave before another encoder is trie
 LESS = 0.9  # of what is exceeded: a table that leaves more is no remedy
 MORE_TIME = (1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)  # times that of a stop
 SLOWER = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)  # times the speed of the way on
-ROOM = 0.99  # of a cap with room for what the table adds: what it adds changes with the motion
+TWICE = 2.0  # what a table exceeds: so much less a cap has to be, for it changes with the motion
+LEAST_SHARE = 0.3  # of a cap that is still worth another run
 
 Flags = Mapping[str, str]  # of the command, by their names in its options
 Play = Callable[[Flags, Drive], RoundTrip]
@@ -107,13 +108,17 @@ def advice(
 
 def _room(record: RoundTrip) -> str:
     """Caps for another run of the study, which leave room for what the table adds."""
-    caps = [
-        f"caps.{CAPPED[one.key]} = {ROOM * one.cap / (1.0 + one.excess):.3g}"
+    shares = {
+        one: 1.0 - TWICE * (1.0 - 1.0 / (1.0 + one.excess))
         for one in record.beyond
-        if one.key in CAPPED and one.key != "least-tension" and math.isfinite(one.excess)
-    ]
-    if record.breaches or not caps:
+        if one.excess > 0.0
+    }
+    if record.breaches or not all(
+        one.key in CAPPED and one.key != "least-tension" and share > LEAST_SHARE
+        for one, share in shares.items()
+    ):
         return ""
+    caps = [f"caps.{CAPPED[one.key]} = {share * one.cap:.3g}" for one, share in shares.items()]
     return f"\n  room for that has a motion of the study with {', '.join(caps)}"
 
 

@@ -23,6 +23,7 @@ from benchmarks.shows.show import Question, Row
 from models.laws import JerkLimited
 from models.truss import TrussParameters
 from studies.cli import main
+from studies.common.comparison_table import TableRow
 from studies.common.console import Table
 from studies.common.exit_codes import ExitCode
 from studies.common.result import Result, Verdict
@@ -130,7 +131,7 @@ def answer(question: Question, folder: Path) -> Row:
             {**_flags(question), "within-limits": ""},
             folder / "within",
         )
-        row |= {"within": code == ExitCode.OK, "within_says": again}
+        row |= {"again": code == ExitCode.OK, "again_says": again}
         row["plain"] = row["plain"] and not PLAIN.search(again)
     return row
 
@@ -159,6 +160,15 @@ def _study(question: Question, jerk: float | None = None) -> tuple[Result, dict[
         question=study.question,
         configuration=as_dictionary(study),
         arrays=series_of(own),
+        table=(
+            TableRow(
+                "peak-acceleration",
+                "peak angular acceleration",
+                "rad/s^2",
+                {"optimal": lower.peak_acceleration},
+                minimised=True,
+            ),
+        ),
         verdict=Verdict("measured", "in closed form"),
     )
     return result, _drive(question, result)
@@ -256,14 +266,14 @@ def tables(rows: Sequence[Row]) -> list[Table]:
             row.get("named", "-"),
             _word(row.get("helped")),
             row.get("lower", "-"),
-            _word(row.get("within")),
+            _word(row.get("again")),
             _word(row.get("plain")),
         )
         for row in rows
     ]
     named = [row for row in rows if "named" in row]
     caps = [row["lower"] for row in rows if row.get("lower") in ("helped", "no help")]
-    again = [row["within"] for row in rows if "within" in row]
+    again = [row["again"] for row in rows if "again" in row]
     counts = [
         ("remedies named and followed", str(len(named))),
         ("of these helped", str(sum(row["helped"] for row in named))),
