@@ -99,9 +99,14 @@ def beyond_caps(
     return tuple(found)
 
 
+def certain(beyond: Sequence[BeyondCap]) -> list[BeyondCap]:
+    """The caps that are broken, without those of whose quantities nothing is known."""
+    return [one for one in beyond if not math.isnan(one.value)]
+
+
 def beyond_in_words(beyond: Sequence[BeyondCap]) -> dict[str, str]:
     """The caps that are broken for certain, as the first line of a table; empty without any."""
-    words = "; ".join(one.words for one in beyond if not math.isnan(one.value))
+    words = "; ".join(one.words for one in certain(beyond))
     return {FIRST_LINE: words} if words else {}
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from studies.common.result import Result
     from studies.drive.course import Course
     from studies.drive.schema import Drive
-    from studies.drive.setpoints import SetPoints
+    from studies.export.asked import Asked
     from studies.export.polynomials import Segments
     from studies.export.round_trip import RoundTrip
     from studies.export.source import Source
@@ -30,11 +30,7 @@ FORMATS = (
     *("segments", "c99"),
 )
 ROUNDS = 5  # of optimising again inside lower limits
-PLANS = 8  # of a stop, which take a moment each
-ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
 MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
-EXACT = 2**30  # counts a turn that round nothing off
-PARTIAL = ("stop_at", "resume_at", "stop_within")
 RECORD = ".record.json"  # behind the name of the file that it belongs to
 MANY = 50_000  # points, of which about so many a second are written and played
 
@@ -109,7 +105,8 @@ def _add_stop(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Write the motion."""
     from studies.common.result import Result
-    from studies.export.beyond_caps import beyond_in_words
+    from studies.export.asked import Asked
+    from studies.export.beyond_caps import FIRST_LINE, certain
     from studies.export.source import source_of, with_motion
 
     _refuse_contradictions(options)
@@ -121,21 +118,20 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         return _hand_over(_columns_of(result, None, options), None, options, console)
 
     drive, stated = _drive(result, options)
-    source = source_of(result)
-    course = _course(source, drive, options)
+    asked = Asked(source_of(result), options)
     content: str | bytes
     record: RoundTrip | None
     if options.to in ("segments", "c99"):
-        content, record = _curve(source, course, drive, stated, options)
+        content, record = _curve(asked, drive, stated)
     elif options.to in ("csv", "json", "mat", "parquet"):
-        content, record = _columns(source, course, drive, stated, options, console)
+        content, record = _columns(asked, drive, stated, console)
     else:
-        source, content, record = _table(source, course, drive, options, console)
-    if record is not None and (words := beyond_in_words(record.beyond)):
+        asked, content, record = _table(asked, drive, console)
+    if record is not None and (exceeded := certain(record.beyond)):
         # a motion keeps its caps, and what was made of it here need not: that comes first
-        advice = _advice(source, drive, options, record, console)
-        said = "; ".join(f"{what}: {which}" for what, which in words.items())
-        console.complain(f"{said}\n  it is written all the same{advice}")
+        advice = _advice(asked, drive, record, console)
+        said = "\n  and ".join(one.words for one in exceeded)
+        console.complain(f"{FIRST_LINE}: {said}\n  it is written all the same{advice}")
     return _hand_over(content, record, options, console)
 
 
@@ -173,224 +169,98 @@ def _drive(result: Result, options: argparse.Namespace) -> tuple[Drive, bool]:
     return Drive(), False
 
 
-def _course(source: Source, drive: Drive, options: argparse.Namespace) -> Course:
-    """The whole motion, or its stop, or what follows the stop; between the drive's dwells.
-
-    Rope on a drum of several layers is no multiple of the drum's turn. What is exported is the
-    turn then, unless the user names a signal.
-    """
-    from studies.drive.course import DRUM, drum_course, with_dwells
-    from studies.drive.stopping import resume_course, stop_course
-    from studies.drive.stretch import stretched
-
-    layered = drive.rope_diameter is not None and source.truss is not None
-    signal = options.signal or (DRUM if layered else None)
-    hauling = signal == DRUM and source.truss is not None
-    course = source.course("rope" if hauling else signal)
-    within = _positive("--stop-within", options.stop_within)
-    if options.stop_at is not None:
-        course = stop_course(course, _number("--stop-at", options.stop_at), drive, within)
-    elif options.resume_at is not None:
-        course = resume_course(course, _number("--resume-at", options.resume_at), drive, within)
-    if source.truss is not None and course.signal == "rope":
-        course = stretched(course, source.truss, drive)
-    if hauling:
-        course = drum_course(course, drive.drum)
-    return with_dwells(course, drive.start_dwell, drive.end_dwell)
-
-
-def _table(
-    source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
-) -> tuple[Source, str, RoundTrip]:
+def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, RoundTrip]:
     """The table of a drive, read back and played; optimised again where that is asked for."""
-    content, record = _written(source, course, drive, options, console)
+    course = asked.course(drive)
+    content, record = _written(asked, course, drive, console)
     if not record.breaches:
-        return source, content, record
-    if _partial(options):
-        return source, *_planned_again(source, drive, options, record, console)
-    rope = source.truss is not None and course.signal != "angle"
-    if not (options.within_limits and rope):
-        advice = _advice(source, drive, options, record, console)
+        return asked, content, record
+    if asked.partial:
+        return asked, *_planned_again(asked, drive, record, console)
+    rope = asked.source.truss is not None and course.signal != "angle"
+    if not (asked.options.within_limits and rope):
+        advice = _advice(asked, drive, record, console)
         if rope:
             advice += "\n  or: --within-limits, which optimises the motion again inside the limits"
-        elif options.within_limits:
+        elif asked.options.within_limits:
             advice += "\n  --within-limits is for the rope of a truss only"
         raise _refusal(record, advice)
     try:
-        return _optimised_again(source, course, drive, options, record, console)
+        return _optimised_again(asked, course, drive, record, console)
     except StudyError as error:
         if error.exit_code != ExitCode.NOT_SOLVED:
             raise
-        advice = _advice(source, drive, options, record, console)
+        advice = _advice(asked, drive, record, console)
         raise StudyError(f"{error}{advice}", error.exit_code) from error
 
 
 def _optimised_again(
-    source: Source,
-    course: Course,
-    drive: Drive,
-    options: argparse.Namespace,
-    record: RoundTrip,
-    console: Console,
-) -> tuple[Source, str, RoundTrip]:
+    asked: Asked, course: Course, drive: Drive, record: RoundTrip, console: Console
+) -> tuple[Asked, str, RoundTrip]:
     """The table of another motion, which leaves room in the limits for what a table adds."""
-    from studies.export.formats import TABLES, tabulated
+    from studies.export.asked import Asked
+    from studies.export.formats import TABLES
     from studies.export.source import with_law
     from studies.export.within_limits import law_within, lowered, nearer
 
-    kind, tension = TABLES[options.to].interpolation or drive.interpolation, 0.0
-    inside = drive
+    kind = TABLES[asked.options.to].interpolation or drive.interpolation
+    inside, tension = drive, 0.0
     for _ in range(ROUNDS):  # what a table adds depends on its motion
-        points = tabulated(course, options.to, drive, _spacing(options))
-        limits = lowered(course, points, inside, kind)
+        limits = lowered(course, asked.points(course, drive), inside, kind)
         console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
         tension += MORE_TENSION * record.push
-        source = with_law(source, law_within(source.result, drive, limits, tension))
+        law = law_within(asked.source.result, drive, limits, tension)
+        asked = Asked(with_law(asked.source, law), asked.options)
 
-        course = _course(source, drive, options)
-        content, record = _written(source, course, drive, options, console)
+        course = asked.course(drive)
+        content, record = _written(asked, course, drive, console)
         if not record.breaches:
-            return source, content, record
+            return asked, content, record
         inside = nearer(inside, record.breaches)
-    advice = _advice(source, drive, options, record, console)
+    advice = _advice(asked, drive, record, console)
     raise _refusal(
         record, f", even after the motion was optimised inside the lowered limits{advice}"
     )
 
 
 def _planned_again(
-    source: Source,
-    drive: Drive,
-    options: argparse.Namespace,
-    record: RoundTrip,
-    console: Console,
+    asked: Asked, drive: Drive, record: RoundTrip, console: Console
 ) -> tuple[str, RoundTrip]:
     """The table of a stop, or of what follows it, planned inside lower limits."""
-    inside, again = _planned_inside(source, drive, options, record)
+    inside, again = asked.planned_inside(drive, record)
     if not again.breaches:
-        course = _course(source, inside, options)
-        return _written(source, course, drive, options, console)
+        return _written(asked, asked.course(inside), drive, console)
     tried = "" if inside is drive else ", also with lower limits of the plan"
-    raise _refusal(again, tried + _advice(source, drive, options, again, console))
+    raise _refusal(again, tried + _advice(asked, drive, again, console))
 
 
-def _planned_inside(
-    source: Source, drive: Drive, options: argparse.Namespace, record: RoundTrip
-) -> tuple[Drive, RoundTrip]:
-    """Lower limits of a plan, and the record of its table.
-
-    Such a course rides its limit. What interpolation, rounding and the loop add comes on top, so
-    that it is planned again inside a limit that is lower by as much as the table was above.
-    """
-    from studies.export.round_trip import Breach
-
-    inside, planned = drive, ("speed", "acceleration", "jerk")
-    for _ in range(PLANS):
-        lower = {
-            breach.name: getattr(inside, breach.name) * breach.limit / breach.value * (1 - ASIDE)
-            for breach in record.breaches
-            if isinstance(breach, Breach) and breach.name in planned and breach.value > breach.limit
-        }
-        if not lower:
-            break
-        inside = dataclasses.replace(inside, **lower)
-        try:
-            course = _course(source, inside, options)
-        except StudyError:  # the lower limits leave no such course
-            break
-        record = _played(source, course, drive, options)
-    return inside, record
-
-
-def _advice(
-    source: Source,
-    drive: Drive,
-    options: argparse.Namespace,
-    record: RoundTrip,
-    console: Console,
-) -> str:
+def _advice(asked: Asked, drive: Drive, record: RoundTrip, console: Console) -> str:
     """Why a table breaks limits or caps, and another one that was played and does not."""
-    from studies.export import remedies
-    from studies.export.formats import TABLES
-    from studies.export.round_trip import itself
+    from studies.export.remedies import advice_on
 
-    if options.to in ("segments", "c99"):  # what samples them is not known here
+    if asked.options.to in ("segments", "c99"):  # what samples them is not known here
         return "; study the motion with lower caps, or raise the limits of the drive"
-
-    def play(flags: Mapping[str, str], other: Drive) -> RoundTrip:
-        spaced = {"step": None, "points": None} if {"step", "points"} & set(flags) else {}
-        changed = argparse.Namespace(**{**vars(options), **spaced, **flags})
-        found = _played(source, _course(source, other, changed), other, changed)
-        if found.breaches and _partial(options):
-            return _planned_inside(source, other, changed, found)[1]
-        return found
-
     console.progress("playing other tables, to find one that keeps limits and caps")
-    course = _course(source, drive, options)
-    points = _set_points(course, drive, options)
-    exact = record if points.count is None else play({}, dataclasses.replace(drive, counts=EXACT))
-    origin = remedies.INTERPOLATION if remedies.mostly(exact, record) else remedies.ROUNDING
-    if remedies.mostly(itself(course, drive, source.truss, source.result), record):
-        parts = {"stop_at": "stop", "resume_at": "way on"}
-        origin = next((name for key, name in parts.items() if getattr(options, key)), "motion")
-    stated = {key: text for key, text in vars(options).items() if key in PARTIAL and text}
-    even = options.to in TABLES and TABLES[options.to].even
-    rounding = origin == remedies.ROUNDING
-    spacings = remedies.other_spacings(course, points, drive, even, rounding)
-    groups: tuple[Iterable[remedies.Table], ...] = (spacings,)
-    if rounding:
-        groups = spacings, remedies.finer_encoders(drive, spacings)
-    elif origin != remedies.INTERPOLATION:
-        groups = (remedies.other_plans(course, drive, stated),)
-    cause = remedies.cause(record, course, points, origin)
-    room = origin in (remedies.ROUNDING, remedies.INTERPOLATION) and not _partial(options)
-    return cause + remedies.advice(play, record, groups, console.live, room=room)
+    return advice_on(asked, drive, record, console.live)
 
 
-def _set_points(course: Course, drive: Drive, options: argparse.Namespace) -> SetPoints:
-    """The points of a table, or of columns that a drive has to follow."""
-    from studies.drive.setpoints import sampled
-    from studies.export.formats import TABLES, tabulated
-
-    if options.to in TABLES:
-        return tabulated(course, options.to, drive, _spacing(options))
-    return sampled(course, _times_of_columns(course, drive, options), drive.count(course.unit))
-
-
-def _played(source: Source, course: Course, drive: Drive, options: argparse.Namespace) -> RoundTrip:
-    from studies.export.formats import TABLES
-    from studies.export.round_trip import round_trip
-
-    kind = TABLES[options.to].interpolation if options.to in TABLES else None
-    points = _set_points(course, drive, options)
-    return round_trip(
-        course, points, drive, kind, source.truss, source.result, partial=_partial(options)
-    )
-
-
-def _written(
-    source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
-) -> tuple[str, RoundTrip]:
+def _written(asked: Asked, course: Course, drive: Drive, console: Console) -> tuple[str, RoundTrip]:
     from studies.export.beyond_caps import beyond_in_words
-    from studies.export.formats import TABLES, tabulated
-    from studies.export.round_trip import round_trip
+    from studies.export.formats import TABLES
 
-    form = TABLES[options.to]
-    points = tabulated(course, options.to, drive, _spacing(options))
+    form, about = TABLES[asked.options.to], _about(asked.source, course, asked.options)
+    points = asked.points(course, drive)
     _told(console, "writing, reading back and playing", len(points.times))
-    content = form.write(points, _about(source, course, options), drive.ropes)
+    content = form.write(points, about, drive.ropes)
 
     # what was written is what the drive gets, its digits included
     count = drive.count(course.unit) if form.counts else None
     again = form.read(content, count)
     if form.relative:  # the axis stands where the table begins
         again = dataclasses.replace(again, positions=again.positions + points.positions[0])
-    record = round_trip(
-        course, again, drive, form.interpolation, source.truss, source.result, _partial(options)
-    )
-    beyond = beyond_in_words(record.beyond)
-    if beyond:
-        content = form.write(points, beyond | _about(source, course, options), drive.ropes)
+    record = asked.played(again, course, drive)
+    if beyond := beyond_in_words(record.beyond):
+        content = form.write(points, beyond | about, drive.ropes)
     return content, record
 
 
@@ -400,13 +270,7 @@ def _refusal(record: RoundTrip, remedy: str) -> StudyError:
     return StudyError(f"the export is refused: {first}{more}{remedy}", ExitCode.NOT_VERIFIED)
 
 
-def _partial(options: argparse.Namespace) -> bool:
-    return options.stop_at is not None or options.resume_at is not None
-
-
-def _curve(
-    source: Source, course: Course, drive: Drive, stated: bool, options: argparse.Namespace
-) -> tuple[str, RoundTrip]:
+def _curve(asked: Asked, drive: Drive, stated: bool) -> tuple[str, RoundTrip]:
     """Polynomial segments, played from their own values at the drive's period."""
     from studies.drive.course import DRUM, polynomial_course
     from studies.drive.setpoints import sampled, uniform_times
@@ -414,8 +278,9 @@ def _curve(
     from studies.export.beyond_caps import beyond_in_words
     from studies.export.round_trip import round_trip
 
-    whole = not (_partial(options) or drive.start_dwell or drive.end_dwell)
-    error = _positive("--error", options.error)
+    source, options, course = asked.source, asked.options, asked.course(drive)
+    whole = not (asked.partial or drive.start_dwell or drive.end_dwell)
+    error = asked.positive("error")
     if error is None:  # of a drum it is that of its rope
         error = polynomials.ERROR / (drive.radius if course.signal == DRUM else 1.0)
     if options.signal == "angle" and source.law is not None and whole:
@@ -425,7 +290,7 @@ def _curve(
 
     rounded = options.to == "c99" and options.real == "float"
     if rounded:
-        segments = _in_float(segments, course, options)
+        segments = _in_float(segments, course, asked.positive("error"))
     about = _about(source, course, options) | {"error": f"{segments.error:.3g} {segments.unit}"}
 
     def written(beyond: Mapping[str, str]) -> str:
@@ -444,7 +309,7 @@ def _curve(
     points = sampled(again, uniform_times(again, drive.period), drive.count(course.unit))
     # a curve has no points; nobody says here how a drive samples it unless the drive is stated
     kind = None if stated else "quintic"
-    record = round_trip(course, points, drive, kind, source.truss, source.result, _partial(options))
+    record = round_trip(course, points, drive, kind, source.truss, source.result, asked.partial)
     if record.breaches:
         raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
     samples = {"points": f"none; played from {points.times.size} of its own values"}
@@ -452,12 +317,11 @@ def _curve(
     return written(beyond_in_words(record.beyond)), record
 
 
-def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -> Segments:
+def _in_float(segments: Segments, course: Course, stated: float | None) -> Segments:
     """The same segments with the error that arithmetic of 24 bits makes of them."""
     from studies.export import c99
 
     error = c99.float_error(segments, course)
-    stated = _positive("--error", options.error)
     if stated is not None and error > stated:
         raise StudyError(
             f"--error is {stated:g} {course.unit}, but numbers of the type float miss the motion "
@@ -467,24 +331,18 @@ def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -
 
 
 def _columns(
-    source: Source,
-    course: Course,
-    drive: Drive,
-    stated: bool,
-    options: argparse.Namespace,
-    console: Console,
+    asked: Asked, drive: Drive, stated: bool, console: Console
 ) -> tuple[str | bytes, RoundTrip | None]:
     """The whole profile at the times that are asked for.
 
     Where a drive is stated its set-points are further columns, and these are played.
     """
-    from studies.drive.setpoints import sampled
     from studies.export.beyond_caps import beyond_in_words
-    from studies.export.round_trip import round_trip
     from studies.export.set_point_columns import SET_POINT, with_set_points
     from studies.export.source import with_rests
 
-    times = _times_of_columns(course, drive, options)
+    source, options, course = asked.source, asked.options, asked.course(drive)
+    times = asked.row_times(course, drive)
     _told(console, "evaluating", len(times))
     columns = with_rests(source, drive).rows(times)
     if not stated:
@@ -492,29 +350,15 @@ def _columns(
         return _columns_of(source.result, columns, options), None
 
     _told(console, "playing", len(times))
-    points = sampled(course, times, drive.count(course.unit))
-    record = round_trip(course, points, drive, None, source.truss, source.result)
+    points = asked.points(course, drive)
+    record = asked.played(points, course, drive)
     if record.breaches:
-        raise _refusal(record, _advice(source, drive, options, record, console))
+        raise _refusal(record, _advice(asked, drive, record, console))
     result, columns = with_set_points(source.result, columns, course, points, drive)
     about = {"column that is played": SET_POINT.format(signal=course.signal)}
     record = dataclasses.replace(record, values={**about, **record.values})
     _told(console, "writing", len(times))
     return _columns_of(result, columns, options, beyond_in_words(record.beyond)), record
-
-
-def _times_of_columns(course: Course, drive: Drive, options: argparse.Namespace) -> Array:
-    """Times (m,) of rows of the whole profile."""
-    import numpy as np
-
-    from studies.drive.setpoints import switch_point_times, uniform_times
-
-    spacing = _spacing(options)
-    if spacing.points is not None:
-        return switch_point_times(course, spacing.points - 1)
-    times = uniform_times(course, spacing.step or drive.period)
-    clipped: Array = np.minimum(times, course.duration)
-    return clipped
 
 
 def _told(console: Console, what: str, count: int) -> None:
@@ -579,28 +423,6 @@ def _meaning(course: Course) -> str:
     if course.signal == DRUM:
         return f"turn of the drum {since} if rope is hauled in"
     return "angle" if course.signal == "angle" else "angle since the start"
-
-
-def _spacing(options: argparse.Namespace) -> Any:
-    from studies.common.configuration import as_number, whole
-    from studies.export.formats import Spacing
-
-    points = None
-    if options.points is not None:
-        points = whole(2)("--points", as_number(options.points))
-    return Spacing(_positive("--step", options.step), points)
-
-
-def _number(name: str, text: str) -> float:
-    from studies.common.configuration import as_number, finite
-
-    return finite(name, as_number(text))
-
-
-def _positive(name: str, text: str | None) -> float | None:
-    from studies.common.configuration import as_number, positive
-
-    return None if text is None else positive(name, as_number(text))
 
 
 def _hand_over(

@@ -16,13 +16,16 @@ from studies.common.exit_codes import StudyError
 from studies.drive.course import Course
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
-from studies.export.round_trip import RoundTrip
+from studies.export.asked import Asked
+from studies.export.formats import TABLES
+from studies.export.round_trip import RoundTrip, itself
 from studies.truss.limits.caps import CAPPED
 
 STEPS = (1.0, 2.0, 5.0)  # times a power of ten [s]
 SHORTER, LONGER = 10.0, 1000.0  # than the step of the table: how far others are tried
 POINTS = tuple(round(2 ** (k / 2)) for k in range(7, 24))  # 11 to 2896
 MOST = 20_000  # points of a table that is tried: each takes a moment
+EXACT = 2**30  # counts a turn that round nothing off
 COUNTS = 2**24  # the finest encoder that is tried, a turn
 OTHERS = 4  # spacings that are tried with each encoder
 HALF = 0.5  # of what is exceeded: what makes more of it is its cause
@@ -59,7 +62,44 @@ def worst(record: RoundTrip) -> float:
     return max([*broken, *(one.excess for one in record.beyond if one.excess > 0.0)], default=0.0)
 
 
-def advice(
+def advice_on(asked: Asked, drive: Drive, record: RoundTrip, tell: Callable[[str], None]) -> str:
+    """Why a table breaks limits or caps, and another one that was played and does not.
+
+    Parameters
+    ----------
+    asked : what the table is of.
+    record : of the table as it is.
+    tell : where the search stands.
+    """
+
+    def play(flags: Flags, other: Drive) -> RoundTrip:
+        return asked.changed(flags).tried(other)
+
+    course = asked.course(drive)
+    points, origin = asked.points(course, drive), INTERPOLATION
+    if points.count is not None:
+        exact = play({}, dataclasses.replace(drive, counts=EXACT))
+        origin = INTERPOLATION if _mostly(exact, record) else ROUNDING
+    if _mostly(itself(course, drive, asked.source.truss, asked.source.result), record):
+        parts = {"stop_at": "stop", "resume_at": "way on"}
+        origin = next(
+            (name for key, name in parts.items() if getattr(asked.options, key)), "motion"
+        )
+
+    form = TABLES.get(asked.options.to)
+    even = form is not None and form.even
+    spacings = _spacings(course, points, drive, even, fewer=origin == ROUNDING)
+    groups: list[Iterable[Table]] = [_plans(course, drive, asked)]  # of a whole motion none
+    if origin == ROUNDING:
+        groups = [spacings, _encoders(drive, spacings), *groups]
+    elif origin == INTERPOLATION:
+        groups = [spacings, *groups]
+    room = origin in (ROUNDING, INTERPOLATION) and not asked.partial
+    found = _best(play, record, groups, tell, room=room)
+    return _cause(record, course, points, origin) + found
+
+
+def _best(
     play: Play,
     record: RoundTrip,
     groups: Iterable[Iterable[Table]],
@@ -94,15 +134,15 @@ def advice(
                 best, words = found, table.words
         if words and not best.breaches and worst(best) <= LITTLE:
             break
-    room = _room(best) if room else ""
     if not tried:
         return ""
+    lower = _room(best) if room else ""
     if not words:
-        return f"\n  none of {tried} other tables that were played is better{room}"
+        return f"\n  none of {tried} other tables that were played is better{lower}"
     left = "; ".join([*(b.sentence for b in best.breaches), *(b.words for b in best.beyond)])
     kept = ", which keeps the limits of the drive" if record.breaches and not best.breaches else ""
     return (
-        f"\n  best of {tried} other tables that were played: {words}{kept}; it leaves {left}{room}"
+        f"\n  best of {tried} other tables that were played: {words}{kept}; it leaves {left}{lower}"
     )
 
 
@@ -118,16 +158,22 @@ def _room(record: RoundTrip) -> str:
         for one, share in shares.items()
     ):
         return ""
-    caps = [f"caps.{CAPPED[one.key]} = {share * one.cap:.3g}" for one, share in shares.items()]
+    caps = [f"caps.{CAPPED[one.key]} = {_down(share * one.cap):g}" for one, share in shares.items()]
     return f"\n  room for that has a motion of the study with {', '.join(caps)}"
 
 
-def mostly(part: RoundTrip, record: RoundTrip) -> bool:
+def _down(value: float) -> float:
+    """The value with three digits, rounded down."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return float(f"{math.floor(value / step) * step:.3g}")
+
+
+def _mostly(part: RoundTrip, record: RoundTrip) -> bool:
     """Whether a table exceeds at least half of what another one does."""
     return worst(part) > HALF * worst(record) or math.isinf(worst(part))
 
 
-def cause(record: RoundTrip, course: Course, points: SetPoints, origin: str) -> str:
+def _cause(record: RoundTrip, course: Course, points: SetPoints, origin: str) -> str:
     """Why a table exceeds limits or caps, in a sentence.
 
     Parameters
@@ -143,7 +189,7 @@ def cause(record: RoundTrip, course: Course, points: SetPoints, origin: str) -> 
             f"motion has at most {peak:.2g} {unit}/s^2"
         )
     if origin == INTERPOLATION:
-        loop = ", and the position loop, which overshoots" if behind_a_loop(record) else ""
+        loop = ", and the position loop, which overshoots" if _behind_a_loop(record) else ""
         return (
             "\n  cause: not the rounding, but the interpolation between points up to "
             f"{points.longest:.3g} s apart{loop}"
@@ -151,13 +197,13 @@ def cause(record: RoundTrip, course: Course, points: SetPoints, origin: str) -> 
     return f"\n  cause: the {origin} itself, not its table"
 
 
-def behind_a_loop(record: RoundTrip) -> bool:
+def _behind_a_loop(record: RoundTrip) -> bool:
     """Whether the playback goes on after its table, until a loop has settled."""
     return bool(record.playback.time[-1] > record.playback.end)
 
 
-def other_spacings(
-    course: Course, points: SetPoints, drive: Drive, even: bool, rounding: bool
+def _spacings(
+    course: Course, points: SetPoints, drive: Drive, even: bool, *, fewer: bool
 ) -> list[Table]:
     """Other steps and numbers of points; what is closest to the table as it is comes first.
 
@@ -165,11 +211,11 @@ def other_spacings(
     ----------
     points : of the table as it is.
     even : whether the format asks for equal steps.
-    rounding : whether more points would only make it worse.
+    fewer : whether more points would only make it worse.
     """
     size = points.times.size
     found = [*_steps(course, points), *([] if even else _numbers(course, points))]
-    if rounding:
+    if fewer:
         found = [one for one in found if one[1] < size]
     found.sort(key=lambda one: abs(math.log(one[1] / size)))
     return [
@@ -178,7 +224,7 @@ def other_spacings(
     ]
 
 
-def finer_encoders(drive: Drive, spacings: Sequence[Table]) -> Iterator[Table]:
+def _encoders(drive: Drive, spacings: Sequence[Table]) -> Iterator[Table]:
     """More counts a turn, with the points as they are and with some of the other spacings."""
     counts = drive.counts
     while counts is not None and counts <= COUNTS // 4:
@@ -189,19 +235,14 @@ def finer_encoders(drive: Drive, spacings: Sequence[Table]) -> Iterator[Table]:
             yield Table(f"counts = {counts} in the drive and {table.words}", table.flags, finer)
 
 
-def other_plans(course: Course, drive: Drive, options: Flags) -> Iterator[Table]:
-    """More time for a stop, and for the way on a lower speed, which makes it last longer.
-
-    Parameters
-    ----------
-    options : that the user has stated, of `stop_at`, `resume_at` and `stop_within`.
-    """
-    within = options.get("stop_within")
-    if "stop_at" in options and within is not None:
+def _plans(course: Course, drive: Drive, asked: Asked) -> Iterator[Table]:
+    """More time for a stop, and for the way on a lower speed, which makes it last longer."""
+    within, options = asked.positive("stop_within"), asked.options
+    if options.stop_at is not None and within is not None:
         for times in MORE_TIME:
-            longer = f"{times * float(within):.4g}"
+            longer = f"{times * within:.4g}"
             yield Table(f"--stop-within {longer}", {"stop_within": longer}, drive)
-    if "resume_at" in options:
+    if options.resume_at is not None:
         for share in SLOWER:
             speed = float(f"{share * course.peaks[0]:.3g}")
             slower = dataclasses.replace(drive, speed=speed)
