@@ -276,7 +276,7 @@ def _curve(asked: Asked, drive: Drive, stated: bool) -> tuple[str, RoundTrip]:
     from studies.drive.setpoints import sampled, uniform_times
     from studies.export import c99, polynomials
     from studies.export.beyond_caps import beyond_in_words
-    from studies.export.round_trip import round_trip
+    from studies.export.round_trip import itself, round_trip
 
     source, options, course = asked.source, asked.options, asked.course(drive)
     whole = not (asked.partial or drive.start_dwell or drive.end_dwell)
@@ -306,14 +306,17 @@ def _curve(asked: Asked, drive: Drive, stated: bool) -> tuple[str, RoundTrip]:
     else:
         curve = segments.curve()
         again = polynomial_course(course.signal, course.unit, curve, course.switches)
-    points = sampled(again, uniform_times(again, drive.period), drive.count(course.unit))
-    # a curve has no points; nobody says here how a drive samples it unless the drive is stated
-    kind = None if stated else "quintic"
-    record = round_trip(course, points, drive, kind, source.truss, source.result, asked.partial)
+    # a curve has no points, and only a drive that is stated says how it is sampled
+    truss, result = source.truss, source.result
+    if stated:
+        points = sampled(again, uniform_times(again, drive.period), drive.count(again.unit))
+        record = round_trip(course, points, drive, None, truss, result, asked.partial)
+    else:
+        record = itself(course, drive, truss, result)
     if record.breaches:
         raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
-    samples = {"points": f"none; played from {points.times.size} of its own values"}
-    record = dataclasses.replace(record, values={**record.values, **samples})
+    miss = {f"largest miss of the curve [{segments.unit}]": segments.error}
+    record = dataclasses.replace(record, values={**miss, **record.values})
     return written(beyond_in_words(record.beyond)), record
 
 

@@ -42,7 +42,7 @@ Play = Callable[[Flags, Drive], RoundTrip]
 
 
 @dataclass(frozen=True)
-class Table:
+class OtherTable:
     """A table that might do.
 
     Attributes
@@ -89,7 +89,7 @@ def advice_on(asked: Asked, drive: Drive, record: RoundTrip, tell: Callable[[str
     form = TABLES.get(asked.options.to)
     even = form is not None and form.even
     spacings = _spacings(course, points, drive, even, fewer=origin == ROUNDING)
-    groups: list[Iterable[Table]] = [_plans(course, drive, asked)]  # of a whole motion none
+    groups: list[Iterable[OtherTable]] = [_plans(course, drive, asked)]  # of a whole motion none
     if origin == ROUNDING:
         groups = [spacings, _encoders(drive, spacings), *groups]
     elif origin == INTERPOLATION:
@@ -102,7 +102,7 @@ def advice_on(asked: Asked, drive: Drive, record: RoundTrip, tell: Callable[[str
 def _best(
     play: Play,
     record: RoundTrip,
-    groups: Iterable[Iterable[Table]],
+    groups: Iterable[Iterable[OtherTable]],
     tell: Callable[[str], None],
     *,
     room: bool,
@@ -204,7 +204,7 @@ def _behind_a_loop(record: RoundTrip) -> bool:
 
 def _spacings(
     course: Course, points: SetPoints, drive: Drive, even: bool, *, fewer: bool
-) -> list[Table]:
+) -> list[OtherTable]:
     """Other steps and numbers of points; what is closest to the table as it is comes first.
 
     Parameters
@@ -219,34 +219,38 @@ def _spacings(
         found = [one for one in found if one[1] < size]
     found.sort(key=lambda one: abs(math.log(one[1] / size)))
     return [
-        Table(" ".join(f"--{name} {value}" for name, value in flags.items()), flags, drive)
+        OtherTable(" ".join(f"--{name} {value}" for name, value in flags.items()), flags, drive)
         for flags, _ in found
     ]
 
 
-def _encoders(drive: Drive, spacings: Sequence[Table]) -> Iterator[Table]:
+def _encoders(drive: Drive, spacings: Sequence[OtherTable]) -> Iterator[OtherTable]:
     """More counts a turn, with the points as they are and with some of the other spacings."""
     counts = drive.counts
     while counts is not None and counts <= COUNTS // 4:
         counts *= 4
         finer = dataclasses.replace(drive, counts=counts)
-        yield Table(f"counts = {counts} in the drive", {}, finer)
+        yield OtherTable(f"counts = {counts} in the drive", {}, finer)
         for table in spacings[:: max(1, len(spacings) // OTHERS)]:
-            yield Table(f"counts = {counts} in the drive and {table.words}", table.flags, finer)
+            yield OtherTable(
+                f"counts = {counts} in the drive and {table.words}", table.flags, finer
+            )
 
 
-def _plans(course: Course, drive: Drive, asked: Asked) -> Iterator[Table]:
+def _plans(course: Course, drive: Drive, asked: Asked) -> Iterator[OtherTable]:
     """More time for a stop, and for the way on a lower speed, which makes it last longer."""
     within, options = asked.positive("stop_within"), asked.options
     if options.stop_at is not None and within is not None:
         for times in MORE_TIME:
             longer = f"{times * within:.4g}"
-            yield Table(f"--stop-within {longer}", {"stop_within": longer}, drive)
+            yield OtherTable(f"--stop-within {longer}", {"stop_within": longer}, drive)
     if options.resume_at is not None:
         for share in SLOWER:
             speed = float(f"{share * course.peaks[0]:.3g}")
             slower = dataclasses.replace(drive, speed=speed)
-            yield Table(f"speed = {speed:g} in the drive, which makes it last longer", {}, slower)
+            yield OtherTable(
+                f"speed = {speed:g} in the drive, which makes it last longer", {}, slower
+            )
 
 
 def _steps(course: Course, points: SetPoints) -> list[tuple[dict[str, str], int]]:

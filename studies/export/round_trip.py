@@ -211,7 +211,7 @@ def round_trip(
 def itself(
     course: Course, drive: Drive, truss: TrussParameters | None, result: Result
 ) -> RoundTrip:
-    """The limits and caps that a course breaks by itself, without a table and a loop."""
+    """The record of a course by itself, without a table and a loop."""
     time = course.grid(SAMPLES)
     rows, unit = course.derivatives(time), course.unit
     if course.signal == DRUM:
@@ -223,9 +223,10 @@ def itself(
 
     moved = rows if course.stretch is None else rows - course.stretch.derivatives(time)
     replayed = on_the_truss(moved, truss, rows[1])
-    _, broken = _of_the_truss(output, replayed, drive, course, truss)
+    values, broken = _of_the_truss(output, replayed, drive, course, truss)
     beyond = beyond_caps(output, replayed, drive, study_of(result))
-    return RoundTrip(output, replayed, {}, (*breaches, *broken), beyond)
+    values |= dict(one.line for one in beyond)
+    return RoundTrip(output, replayed, values, (*breaches, *broken), beyond)
 
 
 def _of_the_axis(course: Course, points: SetPoints, output: Playback) -> dict[str, Any]:
