@@ -159,7 +159,7 @@ def _room(record: RoundTrip) -> str:
     ):
         return ""
     caps = [f"caps.{CAPPED[one.key]} = {_down(share * one.cap):g}" for one, share in shares.items()]
-    return f"\n  room for that has a motion of the study with {', '.join(caps)}"
+    return f"\n  more room has a motion of the study with {', '.join(caps)}"
 
 
 def _down(value: float) -> float:

@@ -50,7 +50,7 @@ ROOM = (1.02, 1.5)  # times the motion's own value, of a cap or limit
 EXCESS = re.compile(r"([\d.e+]+) (% above|% short|times) (?:its limit|(?:of )?the cap)")
 PASSES = re.compile(r"remedy, played and found to pass: (.*)")
 BEST = re.compile(r"best of \d+ other tables that were played: (.*?)(?:, which keeps|; it leaves)")
-CAPS = re.compile(r"room for that has a motion of the study with (.*)")
+CAPS = re.compile(r"more room has a motion of the study with (.*)")
 AGAIN = "or: --within-limits"
 PLAIN = re.compile(r"Traceback|unforeseen|phase '")  # no user should see these
 
@@ -124,7 +124,8 @@ def answer(question: Question, folder: Path) -> Row:
         row["helped"] = clean if passes else bool(clean or better or still)
         drive, flags = changed, {**flags, **more}
     if caps := CAPS.search(text):
-        row |= _with_caps(question, result, caps[1], drive, flags, folder)
+        said = row.get("after", text)
+        row |= _with_caps(question, said, caps[1], drive, flags, folder)
     if AGAIN in text and not passes:
         code, again = _exported(
             result_folder,
@@ -240,13 +241,19 @@ def _worst(text: str) -> float:
 
 def _with_caps(
     question: Question,
-    result: Result,
+    text: str,
     words: str,
     drive: Mapping[str, Any],
     flags: Mapping[str, str],
     folder: Path,
 ) -> Row:
-    """The same table of the motion under a lower cap on its jerk, judged by the caps as stated."""
+    """The same table of the motion under a lower cap on its jerk, judged by the caps as stated.
+
+    Parameters
+    ----------
+    text : what was said of the motion as it is.
+    words : the caps that were named.
+    """
     caps = dict(re.findall(r"caps\.(\w+) = ([\d.e+-]+)", words))
     least = 32 * (DEPLOYED - TrussParameters(**question["truss"]).stowed_angle)
     if set(caps) != {"jerk"} or float(caps["jerk"]) * question["duration"] ** 3 < 1.001 * least:
@@ -256,7 +263,8 @@ def _with_caps(
     _saved(lower, place)
     code, again = _exported(place, drive, flags, folder / "third")
     helped = code == ExitCode.OK and "BEYOND" not in again
-    return {"lower": "helped" if helped else "no help", "lower_says": again}
+    less = _worst(again) < _worst(text) and code == ExitCode.OK
+    return {"lower": "helped" if helped else "less" if less else "no help", "lower_says": again}
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
@@ -277,13 +285,14 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         for row in rows
     ]
     named = [row for row in rows if "named" in row]
-    caps = [row["lower"] for row in rows if row.get("lower") in ("helped", "no help")]
+    caps = [row["lower"] for row in rows if row.get("lower") in ("helped", "less", "no help")]
     again = [row["again"] for row in rows if "again" in row]
     counts = [
         ("remedies named and followed", str(len(named))),
         ("of these helped", str(sum(row["helped"] for row in named))),
         ("caps named and followed", str(len(caps))),
-        ("of these helped", str(caps.count("helped"))),
+        ("of these kept all caps", str(caps.count("helped"))),
+        ("of these left less", str(caps.count("less"))),
         ("optimised again inside the limits", str(len(again))),
         ("of these helped", str(sum(again))),
         ("messages with internal names", str(sum(not row.get("plain", True) for row in rows))),

@@ -54,7 +54,7 @@ def test_what_no_table_keeps_is_said_with_what_the_best_one_leaves(
     assert re.search(r"peak angular jerk [\d.]+ rad/s\^3 \(\d\.\d % above the cap of", said)
     assert "cause: not the rounding" in said
     assert "the position loop, which overshoots" in said
-    lower = re.search(r"room for that has a motion of the study with caps.jerk = ([\d.]+)", said)
+    lower = re.search(r"more room has a motion of the study with caps.jerk = ([\d.]+)", said)
     assert lower is not None
     record = json.loads(Path(f"{file}.record.json").read_text("utf-8"))
     excess = record["peak angular jerk beyond the cap of the study [1]"]
