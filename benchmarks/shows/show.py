@@ -31,6 +31,7 @@ SHOWS = {
     "drive-table": "benchmarks.shows.drive.table",
     "drive-points": "benchmarks.shows.drive.points",
     "drive-formats": "benchmarks.shows.drive.formats",
+    "export-remedies": "benchmarks.shows.drive.export_remedies",
     "sweep": "benchmarks.shows.scale.sweeps",
     "fuzz-commands": "benchmarks.shows.fuzz.commands",
     "damaged-folders": "benchmarks.shows.fuzz.folders",

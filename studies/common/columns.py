@@ -10,6 +10,7 @@ import io
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,10 @@ import numpy as np
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.folder import plain
+from studies.common.headers import SEPARATORS, cell, comments
 from studies.common.result import Result
 
+NOTHING: Mapping[str, str] = MappingProxyType({})
 SCHEMA_FILE = "profile.schema.json"  # what `write_json` keeps to
 
 
@@ -59,9 +62,10 @@ class Dialect:
             )
 
 
-def about(result: Result) -> dict[str, Any]:
-    """What an export says of itself, before its columns."""
+def about(result: Result, first: Mapping[str, str] = NOTHING) -> dict[str, Any]:
+    """What an export says of itself, before its columns; `first` comes before all else."""
     return {
+        **first,
         # where the table sets several laws side by side, the profile may be another motion's
         "law": result.details.get("profile_of", next(iter(result.laws), "")),
         "question": result.question,
@@ -80,7 +84,12 @@ def stored_columns(result: Result) -> dict[str, Array]:
     }
 
 
-def write_csv(result: Result, columns: Mapping[str, Array], dialect: Dialect | None = None) -> str:
+def write_csv(
+    result: Result,
+    columns: Mapping[str, Array],
+    dialect: Dialect | None = None,
+    first: Mapping[str, str] = NOTHING,
+) -> str:
     """Columns with units; what they are stands in comments above.
 
     Parameters
@@ -90,13 +99,19 @@ def write_csv(result: Result, columns: Mapping[str, Array], dialect: Dialect | N
     columns : (m,) each, by names of its series.
     dialect : Dialect, optional
         Commas between cells and decimal points by default.
+    first : mapping
+        Comments above all others.
     """
     dialect = dialect or Dialect()
     text = io.StringIO()
     writer = csv.writer(text, delimiter=dialect.separator, lineterminator="\r\n")
     if dialect.header:
-        text.writelines(f"# {line}\n" for line in flat(about(result)))
-        writer.writerow(f"{name} [{result.arrays[name].unit}]" for name in columns)
+        for line in comments(flat(about(result, first))):
+            if dialect.separator in SEPARATORS:
+                text.write(f"{line}\n")
+            else:  # a space, say: one cell, in quotes
+                writer.writerow([line])
+        writer.writerow(cell(f"{name} [{result.arrays[name].unit}]") for name in columns)
 
     for row in zip(*(values.tolist() for values in columns.values()), strict=True):
         # an empty cell where a quantity is not defined: readers differ in what they take for nan
@@ -107,7 +122,7 @@ def write_csv(result: Result, columns: Mapping[str, Array], dialect: Dialect | N
 
 def read_csv(text: str, dialect: Dialect) -> dict[str, Array]:
     """Read what `write_csv` wrote; columns are numbered where there is no header."""
-    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    lines = [line for line in text.splitlines() if not line.startswith(("#", '"#'))]
     rows = list(csv.reader(lines, delimiter=dialect.separator))
     names = [name.split(" [")[0] for name in rows.pop(0)] if dialect.header else None
     table = [[float(cell.replace(",", ".") or "nan") for cell in row] for row in rows]
@@ -115,13 +130,15 @@ def read_csv(text: str, dialect: Dialect) -> dict[str, Array]:
     return dict(zip(names or map(str, range(len(columns))), columns, strict=True))
 
 
-def write_json(result: Result, columns: Mapping[str, Array]) -> str:
+def write_json(
+    result: Result, columns: Mapping[str, Array], first: Mapping[str, str] = NOTHING
+) -> str:
     """JSON that keeps to `profile.schema.json`."""
     described = {
         name: {"unit": result.arrays[name].unit, "values": values.tolist()}
         for name, values in columns.items()
     }
-    content = plain({**about(result), "columns": described})
+    content = plain({**about(result, first), "columns": described})
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
@@ -131,12 +148,12 @@ def read_json(text: str) -> dict[str, Array]:
     return {name: np.array(item["values"], dtype=float) for name, item in columns.items()}
 
 
-def flat(content: Mapping[str, Any], prefix: str = "") -> list[str]:
-    """Lines `key = value` of a nested mapping, with dots between the keys."""
-    lines: list[str] = []
+def flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """The values of a nested mapping, with dots between the keys."""
+    found: dict[str, Any] = {}
     for key, value in content.items():
         if isinstance(value, Mapping):
-            lines += flat(value, f"{prefix}{key}.")
+            found |= flat(value, f"{prefix}{key}.")
         else:
-            lines.append(f"{prefix}{key} = {value}")
-    return lines
+            found[f"{prefix}{key}"] = value
+    return found

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TextIO
 
 LONGEST_LINE = 198  # characters of a line of a message, before a semicolon or behind its indent
+PLAIN_TIMES = 10.0  # times a limit: beyond it a percentage says less than the ratio
 QUIET = 10.0  # [s] between lines of progress where there is no terminal
 
 
@@ -63,6 +64,14 @@ def _parted(line: str) -> list[str]:
         wrapped = textwrap.wrap(part, LONGEST_LINE, break_long_words=False, break_on_hyphens=False)
         found[-1:] = before + wrapped
     return found
+
+
+def above(excess: float) -> str:
+    """How a value lies to its limit, by its relative excess: "82 % above", or "4100 times"."""
+    ratio = 1.0 + excess
+    if ratio < PLAIN_TIMES:
+        return f"{float(f'{100 * excess:.2g}'):g} % above"
+    return f"{float(f'{ratio:.2g}'):.0f} times" if ratio < 1e6 else f"{ratio:.1e} times"
 
 
 @dataclass

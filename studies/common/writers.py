@@ -7,6 +7,7 @@ from studies.common.comparison_table import OUTSTANDING, WORSE, Cost, TableRow
 from studies.common.console import Table, number
 from studies.common.exit_codes import ExitCode
 from studies.common.folder import ResultsFolder
+from studies.common.headers import comments
 from studies.common.result import Result
 
 CASES = "case"  # axis of a sweep, whose table is no profile of one motion
@@ -81,7 +82,7 @@ def report_text(result: Result) -> str:
     if result.checks:
         paragraphs.append("\n".join(["checks:", *(f"  {c.sentence}" for c in result.checks)]))
     if result.provenance:
-        paragraphs.append("\n".join(["provenance:", *(f"  {s}" for s in flat(result.provenance))]))
+        paragraphs.append("\n".join(["provenance:", *comments(flat(result.provenance), "  ")]))
     return "\n\n".join(paragraphs)
 
 

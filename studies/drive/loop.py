@@ -24,7 +24,7 @@ FINEST = 0.25  # of the loop's time constant 1/w: spacing of samples that miss n
 
 @dataclass(frozen=True)
 class Loop:
-    """A position loop.
+    """A position loop, or another low-pass of second order.
 
     Attributes
     ----------
@@ -69,15 +69,14 @@ class Loop:
     def _responses(self) -> tuple[Array, Array, Array]:
         """Times, the impulse response of y by u, and that of y'' by u without its impulse / w^2."""
         time = np.linspace(0.0, self.settling, RESPONSE_POINTS)
-        free = _decays(self, time)
+        free = _decays(self.frequency, self.damping, time)
         # position and speed after an impulse w^2 on the speed
         position, speed = self.frequency**2 * free[0, 1], self.frequency**2 * free[1, 1]
         return time, position, position + 2 * self.damping / self.frequency * speed
 
 
-def _decays(loop: Loop, time: Array) -> Array:
+def _decays(w: float | Array, z: float, time: Array) -> Array:
     """The matrix exponential of the free loop, (2, 2, m)."""
-    w, z = loop.frequency, loop.damping
     fade = np.exp(-z * w * time)
     if z < 1.0:
         d = w * math.sqrt(1.0 - z**2)
@@ -98,13 +97,14 @@ class Followed:
 
     Attributes
     ----------
-    loop : Loop
+    frequency, damping : w of each piece (m,) [rad/s], and zeta.
     edges : times of the pieces (m + 1,) [s].
     particular : coefficients of p in each piece, constant first, (k, m).
     deviations : state of y - p at the start of each piece, (2, m).
     """
 
-    loop: Loop
+    frequency: Array
+    damping: float
     edges: Array
     particular: Array
     deviations: Array
@@ -115,8 +115,8 @@ class Followed:
         piece = np.clip(np.searchsorted(self.edges, time, side="right") - 1, 0, last)
         dt = time - self.edges[piece]
 
-        state = np.einsum("ijn,jn->in", _decays(self.loop, dt), self.deviations[:, piece])
-        w, z = self.loop.frequency, self.loop.damping
+        w, z = self.frequency[piece], self.damping
+        state = np.einsum("ijn,jn->in", _decays(w, z, dt), self.deviations[:, piece])
         free = [state[0], state[1]]
         for _ in range(count - 2):  # the homogeneous equation gives each next derivative
             free.append(-2 * z * w * free[-1] - w**2 * free[-2])
@@ -141,8 +141,22 @@ def followed(curve: Any, loop: Loop, end: float) -> Followed:
     still[0] = end
     coefficients = np.concatenate([coefficients, still], axis=1)
     edges = np.append(edges, edges[-1] + loop.settling)
+    frequency = np.full(edges.size - 1, loop.frequency)
+    return followed_in_pieces(coefficients, edges, frequency, loop.damping)
 
-    particular = _particular(coefficients, loop)
+
+def followed_in_pieces(
+    coefficients: Array, edges: Array, frequency: Array, damping: float
+) -> Followed:
+    """What a low-pass makes of polynomial pieces, each with a natural frequency of its own.
+
+    Parameters
+    ----------
+    coefficients : of the command in each piece, constant first, (k, m).
+    edges : times of the pieces (m + 1,) [s].
+    frequency, damping : w of each piece (m,) [rad/s], and zeta.
+    """
+    particular = _particular(coefficients, frequency, damping)
     slopes = _derived(particular)
     steps = np.diff(edges)
     pieces = np.arange(steps.size)
@@ -150,18 +164,17 @@ def followed(curve: Any, loop: Loop, end: float) -> Followed:
     gaps = at_ends[:, :-1] - np.stack([particular[0], slopes[0]])[:, 1:]
 
     # x_(k+1) = exp(A dt_k) x_k + gap_k, from rest
-    transitions = _decays(loop, steps).transpose(2, 0, 1).tolist()
+    transitions = _decays(frequency, damping, steps).transpose(2, 0, 1).tolist()
     position, speed = float(coefficients[0, 0] - particular[0, 0]), float(-slopes[0, 0])
     states = [(position, speed)]
     for ((a, b), (c, d)), (gap, jump) in zip(transitions, gaps.T.tolist(), strict=False):
         position, speed = a * position + b * speed + gap, c * position + d * speed + jump
         states.append((position, speed))
-    return Followed(loop, edges, particular, np.array(states).T)
+    return Followed(frequency, damping, edges, particular, np.array(states).T)
 
 
-def _particular(command: Array, loop: Loop) -> Array:
+def _particular(command: Array, w: Array, z: float) -> Array:
     """The polynomial p with p'' + 2 zeta w p' + w^2 p = w^2 u in each piece."""
-    w, z = loop.frequency, loop.damping
     solution = np.zeros_like(command)
     for k in range(command.shape[0] - 1, -1, -1):
         solution[k] = command[k]

@@ -292,7 +292,7 @@ def on_the_truss(
     jerk = (-motion[3] - bent) / slope
     hauling = motion[1] if hauling is None else hauling
     forwards = np.maximum(speed, 0.0)
-    row = _along(truss, angle)
+    row = along(truss, angle)
     # (38); all terms but the viscous one are even in the speed
     force = row[0] + row[1] * forwards**2 + row[2] * forwards + row[3] * acceleration
     return TrussPlayback(
@@ -309,8 +309,13 @@ def on_the_truss(
     )
 
 
-def _along(truss: TrussParameters, angle: Array) -> Array:
-    """The nine functions of the angle that make up forces and energy, (9, n)."""
+def along(truss: TrussParameters, angle: Array) -> Array:
+    """The nine functions of the angle that make up forces and energy, (9, n).
+
+    The first four are those of (38): the pull is row 0, plus row 1 times the speed squared, row 2
+    times the speed and row 3 times the acceleration of the angle. Row 5 is the mean tension over
+    the pull.
+    """
     slack, taut = _splines(truss)
     rows: Array = np.where(angle < truss.net_angle, slack(angle).T, taut(angle).T)
     return rows

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from models.truss import TrussParameters, bar_forces
 from ocp.arrays import Array
+from studies.common.console import above
 from studies.drive.playback import (
     Playback,
     TrussPlayback,
@@ -28,17 +29,57 @@ from studies.truss.checks import ROWS, broken_caps, cap_of
 from studies.truss.config import TrussStudy
 from studies.truss.quantities import QUANTITIES
 
-BEYOND = " beyond the cap of the study [1]"  # of a line of a record, behind the quantity
+FIRST_LINE = "BEYOND CAPS OF THE STUDY"  # of a table that exceeds one
 AT_ONCE = 100_000  # samples of a kernel's call: a playback has up to millions
+
+
+@dataclass(frozen=True)
+class BeyondCap:
+    """A cap of the study that a played table exceeds, or of which its playback says nothing.
+
+    Attributes
+    ----------
+    key, title, unit : the quantity.
+    value, cap : played, and allowed; the value is nan where the interpolation leaves the quantity
+        without a value between the points, or the drive says too little of its motor.
+    """
+
+    key: str
+    title: str
+    unit: str
+    value: float
+    cap: float
+
+    @property
+    def excess(self) -> float:
+        """Relative to the cap; of a tension that is short of 0 N it is infinite."""
+        if self.key != "least-tension":
+            return self.value / self.cap - 1.0
+        short = self.cap - self.value
+        return short / self.cap if self.cap > 0.0 else short * math.inf
+
+    @property
+    def line(self) -> tuple[str, float]:
+        """Name and value in a record: relative, but of a tension the newtons that are missing."""
+        if self.key == "least-tension":
+            return f"{self.title} short of the cap of the study [N]", self.cap - self.value
+        return f"{self.title} beyond the cap of the study [1]", self.excess
+
+    @property
+    def words(self) -> str:
+        """The quantity, its value and its cap."""
+        found = f"{self.title} {self.value:.4g} {self.unit}"
+        if self.key != "least-tension":
+            return f"{found} ({above(self.excess)} the cap of {self.cap:.4g})"
+        if self.value <= 0.0:
+            return f"{found} (a slack rope; the cap is {self.cap:.4g})"
+        return f"{found} ({100 * self.excess:.0f} % short of the cap of {self.cap:.4g})"
 
 
 def beyond_caps(
     output: Playback, replayed: TrussPlayback, drive: Drive, study: TrussStudy
-) -> dict[str, float]:
-    """Lines of a record: the excess of each cap that is broken, relative.
-
-    It is nan where the interpolation leaves a capped quantity without a value between the points,
-    or the drive says too little of its motor.
+) -> tuple[BeyondCap, ...]:
+    """The caps that are broken, and those of whose quantities nothing is known.
 
     Parameters
     ----------
@@ -49,23 +90,24 @@ def beyond_caps(
     capped = [key for key in ROWS if cap_of(study, key) is not None]
     values = _values(output, replayed, drive, study, capped)
     broken = broken_caps(study, values)
-    excess = {
-        key: broken.get(key, math.nan)
-        for key in capped
-        if key in broken or math.isnan(values.get(key, math.nan))
-    }
-    return {f"{QUANTITIES[key].title}{BEYOND}": value for key, value in excess.items()}
+    found = []
+    for key in capped:
+        value, cap = values.get(key, math.nan), cap_of(study, key)
+        if cap is not None and (key in broken or math.isnan(value)):
+            quantity = QUANTITIES[key]
+            found.append(BeyondCap(key, quantity.title, quantity.unit, value, cap))
+    return tuple(found)
 
 
-def beyond_in_words(record: Mapping[str, Any]) -> dict[str, str]:
-    """The caps that a record says to be broken, as the first line of a table; empty without any."""
-    excess = {
-        name.removesuffix(BEYOND): value
-        for name, value in record.items()
-        if name.endswith(BEYOND) and value > 0.0  # nan is no value, and no excess
-    }
-    words = ", ".join(f"{title} by {100 * value:.2g} %" for title, value in excess.items())
-    return {"BEYOND CAPS OF THE STUDY": words} if words else {}
+def certain(beyond: Sequence[BeyondCap]) -> list[BeyondCap]:
+    """The caps that are broken, without those of whose quantities nothing is known."""
+    return [one for one in beyond if not math.isnan(one.value)]
+
+
+def beyond_in_words(beyond: Sequence[BeyondCap]) -> dict[str, str]:
+    """The caps that are broken for certain, as the first line of a table; empty without any."""
+    words = "; ".join(one.words for one in certain(beyond))
+    return {FIRST_LINE: words} if words else {}
 
 
 def _values(

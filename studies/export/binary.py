@@ -9,20 +9,23 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.columns import about, flat
+from studies.common.columns import NOTHING, about, flat
 from studies.common.exit_codes import StudyError
+from studies.common.headers import comments
 from studies.common.result import Result
 
 MATLAB_NAME = 31  # letters of a name that every version of MATLAB reads
 
 
-def write_mat(result: Result, columns: Mapping[str, Array]) -> bytes:
+def write_mat(
+    result: Result, columns: Mapping[str, Array], first: Mapping[str, str] = NOTHING
+) -> bytes:
     """A MATLAB file of version 5: a vector a column, and the structs `units` and `about`."""
     from scipy.io import savemat
 
     content: dict[str, Any] = {name[:MATLAB_NAME]: values for name, values in columns.items()}
     content["units"] = {name[:MATLAB_NAME]: result.arrays[name].unit for name in columns}
-    content["about"] = "\n".join(flat(about(result)))
+    content["about"] = _about(result, first)
     file = io.BytesIO()
     savemat(file, content, oned_as="column", do_compression=True)
     return file.getvalue()
@@ -40,7 +43,9 @@ def read_mat(content: bytes) -> dict[str, Array]:
     }
 
 
-def write_parquet(result: Result, columns: Mapping[str, Array]) -> bytes:
+def write_parquet(
+    result: Result, columns: Mapping[str, Array], first: Mapping[str, str] = NOTHING
+) -> bytes:
     """An Apache Parquet file with the units in the metadata of its columns.
 
     Raises
@@ -53,7 +58,7 @@ def write_parquet(result: Result, columns: Mapping[str, Array]) -> bytes:
         arrow.field(name, arrow.float64(), metadata={"unit": result.arrays[name].unit})
         for name in columns
     ]
-    schema = arrow.schema(fields, metadata={"about": "\n".join(flat(about(result)))})
+    schema = arrow.schema(fields, metadata={"about": _about(result, first)})
     table = arrow.table([arrow.array(values) for values in columns.values()], schema=schema)
     file = io.BytesIO()
     parquet.write_table(table, file)
@@ -65,6 +70,10 @@ def read_parquet(content: bytes) -> dict[str, Array]:
     _, parquet = _arrow()
     table = parquet.read_table(io.BytesIO(content))
     return {name: table[name].to_numpy() for name in table.column_names}
+
+
+def _about(result: Result, first: Mapping[str, str]) -> str:
+    return "\n".join(comments(flat(about(result, first)), ""))
 
 
 def _arrow() -> tuple[Any, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array
+from studies.common.headers import comments
 from studies.drive.course import Course
 from studies.export.polynomials import Segments
 
@@ -87,8 +88,7 @@ def write_source(segments: Segments, about: Mapping[str, str], real: str) -> str
         for row in segments.coefficients.tolist()
     ]
     return _TEMPLATE.format(
-        # what comes from outside must not end the comment
-        about="\n".join(f" * {name} = {text}".replace("*/", "* /") for name, text in about.items()),
+        about="\n".join(comments(about, " * ")),
         segments=segments.edges.size - 1,
         terms=segments.coefficients.shape[1],
         real=real,

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from ocp.arrays import Array
+from studies.common.headers import comments
 from studies.drive.setpoints import SetPoints
 
 SEW_POINTS = 1024  # of a table that is joined by lines or cubics, by default
@@ -78,7 +79,6 @@ def _declared(
     value: str,
 ) -> str:
     """A list of global variables in structured text, and the type of the table where it has one."""
-    comments = [f"// {name} = {item}" for name, item in about.items()]
     scales = ("EditorMaster", "EditorSlave", "TableMaster", "TableSlave")
     type_of = [
         f"TYPE {kind} : STRUCT",
@@ -99,7 +99,7 @@ def _declared(
 
     variable = 6 if fields else 0  # 6: LREAL
     lines = [
-        *comments,
+        *comments(about, "// "),
         *(type_of if fields else []),
         "VAR_GLOBAL",
         f"    DeploymentPoints : {kind} := {value};",
@@ -136,13 +136,12 @@ def write_beckhoff(points: SetPoints, about: Mapping[str, str], axes: int) -> st
 
     The steps are called equal where they are.
     """
-    comments = [f"// {name} = {item}" for name, item in about.items()]
     rows = ",\n        ".join(f"{_real(t)}, {_real(x)}" for t, x in _pairs(points))
     size = points.times.size
     even = points.longest - points.shortest < 1e-9 * points.longest
     kind = "MC_TABLETYPE_EQUIDISTANT" if even else "MC_TABLETYPE_NONEQUIDISTANT"
     lines = [
-        *comments,
+        *comments(about, "// "),
         "VAR_GLOBAL",
         f"    DeploymentTable : ARRAY[0..{size - 1}, 0..1] OF LREAL := [\n        {rows}];",
         f"    Deployment : MC_CAM_REF := (TableType := {kind}, NoOfRows := {size}, "

@@ -6,7 +6,8 @@ import argparse
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from studies.common.result import Result
     from studies.drive.course import Course
     from studies.drive.schema import Drive
+    from studies.export.asked import Asked
     from studies.export.polynomials import Segments
     from studies.export.round_trip import RoundTrip
     from studies.export.source import Source
@@ -28,8 +30,6 @@ FORMATS = (
     *("segments", "c99"),
 )
 ROUNDS = 5  # of optimising again inside lower limits
-PLANS = 8  # of a stop, which take a moment each
-ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
 MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
 RECORD = ".record.json"  # behind the name of the file that it belongs to
 MANY = 50_000  # points, of which about so many a second are written and played
@@ -112,6 +112,8 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
 
 def _export(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.common.result import Result
+    from studies.export.asked import Asked
+    from studies.export.beyond_caps import FIRST_LINE, certain
     from studies.export.source import source_of, with_motion
 
     _refuse_contradictions(options)
@@ -123,16 +125,20 @@ def _export(options: argparse.Namespace, console: Console) -> ExitCode:
         return _hand_over(_columns_of(result, None, options), None, options, console)
 
     drive, stated = _drive(result, options)
-    source = source_of(result)
-    course = _course(source, drive, options)
+    asked = Asked(source_of(result), options)
     content: str | bytes
     record: RoundTrip | None
     if options.to in ("segments", "c99"):
-        content, record = _curve(source, course, drive, options)
+        content, record = _curve(asked, drive, stated)
     elif options.to in ("csv", "json", "mat", "parquet"):
-        content, record = _columns(source, course, drive, stated, options, console)
+        content, record = _columns(asked, drive, stated, console)
     else:
-        content, record = _table(source, course, drive, options, console)
+        asked, content, record = _table(asked, drive, console)
+    if record is not None and (exceeded := certain(record.beyond)):
+        # a motion keeps its caps, and what was made of it here need not: that comes first
+        advice = _advice(asked, drive, record, console)
+        said = "\n  and ".join(one.words for one in exceeded)
+        console.complain(f"{FIRST_LINE}: {said}\n  it is written all the same{advice}")
     return _hand_over(content, record, options, console)
 
 
@@ -170,149 +176,118 @@ def _drive(result: Result, options: argparse.Namespace) -> tuple[Drive, bool]:
     return Drive(), False
 
 
-def _course(source: Source, drive: Drive, options: argparse.Namespace) -> Course:
-    """The whole motion, or its stop, or what follows the stop; between the drive's dwells.
-
-    Rope on a drum of several layers is no multiple of the drum's turn. What is exported is the
-    turn then, unless the user names a signal.
-    """
-    from studies.drive.course import DRUM, drum_course, with_dwells
-    from studies.drive.stopping import resume_course, stop_course
-    from studies.drive.stretch import stretched
-
-    layered = drive.rope_diameter is not None and source.truss is not None
-    signal = options.signal or (DRUM if layered else None)
-    hauling = signal == DRUM and source.truss is not None
-    course = source.course("rope" if hauling else signal)
-    within = _positive("--stop-within", options.stop_within)
-    if options.stop_at is not None:
-        course = stop_course(course, _number("--stop-at", options.stop_at), drive, within)
-    elif options.resume_at is not None:
-        course = resume_course(course, _number("--resume-at", options.resume_at), drive, within)
-    if source.truss is not None and course.signal == "rope":
-        course = stretched(course, source.truss, drive)
-    if hauling:
-        course = drum_course(course, drive.drum)
-    return with_dwells(course, drive.start_dwell, drive.end_dwell)
-
-
-def _table(
-    source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
-) -> tuple[str, RoundTrip]:
+def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, RoundTrip]:
     """The table of a drive, read back and played; optimised again where that is asked for."""
-    content, record = _written(source, course, drive, options, console)
+    course = asked.course(drive)
+    content, record = _written(asked, course, drive, console)
     if not record.breaches:
-        return content, record
-    if _partial(options):
-        return _planned_again(source, drive, options, record, console)
-    if not options.within_limits:
-        raise _refusal(record, "; --within-limits optimises the motion again inside the limits")
-    if source.truss is None or course.signal == "angle":
-        raise _refusal(record, "; --within-limits is for the rope of a truss only")
+        return asked, content, record
+    if asked.partial:
+        return asked, *_planned_again(asked, drive, record, console)
+    rope = asked.source.truss is not None and course.signal != "angle"
+    if not (asked.options.within_limits and rope):
+        advice = _advice(asked, drive, record, console)
+        if rope:
+            advice += "\n  or: --within-limits, which optimises the motion again inside the limits"
+        elif asked.options.within_limits:
+            advice += "\n  --within-limits is for the rope of a truss only"
+        raise _refusal(record, advice)
+    try:
+        return _optimised_again(asked, course, drive, record, console)
+    except StudyError as error:
+        if error.exit_code != ExitCode.NOT_SOLVED:
+            raise
+        advice = _advice(asked, drive, record, console)
+        raise StudyError(f"{error}{advice}", error.exit_code) from error
 
-    from studies.export.formats import TABLES, tabulated
+
+def _optimised_again(
+    asked: Asked, course: Course, drive: Drive, record: RoundTrip, console: Console
+) -> tuple[Asked, str, RoundTrip]:
+    """The table of another motion, which leaves room in the limits for what a table adds."""
+    from studies.export.asked import Asked
+    from studies.export.formats import TABLES
     from studies.export.source import with_law
     from studies.export.within_limits import law_within, lowered, nearer
 
-    kind, tension = TABLES[options.to].interpolation or drive.interpolation, 0.0
-    inside = drive
+    kind = TABLES[asked.options.to].interpolation or drive.interpolation
+    inside, tension = drive, 0.0
     for _ in range(ROUNDS):  # what a table adds depends on its motion
-        points = tabulated(course, options.to, drive, _spacing(options))
-        limits = lowered(course, points, inside, kind)
+        limits = lowered(course, asked.points(course, drive), inside, kind)
         console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
         tension += MORE_TENSION * record.push
-        source = with_law(source, law_within(source.result, drive, limits, tension))
+        law = law_within(asked.source.result, drive, limits, tension)
+        asked = Asked(with_law(asked.source, law), asked.options)
 
-        course = _course(source, drive, options)
-        content, record = _written(source, course, drive, options, console)
+        course = asked.course(drive)
+        content, record = _written(asked, course, drive, console)
         if not record.breaches:
-            return content, record
+            return asked, content, record
         inside = nearer(inside, record.breaches)
-    raise _refusal(record, ", even after the motion was optimised inside the lowered limits")
+    advice = _advice(asked, drive, record, console)
+    raise _refusal(
+        record, f", even after the motion was optimised inside the lowered limits{advice}"
+    )
 
 
 def _planned_again(
-    source: Source,
-    drive: Drive,
-    options: argparse.Namespace,
-    record: RoundTrip,
-    console: Console,
+    asked: Asked, drive: Drive, record: RoundTrip, console: Console
 ) -> tuple[str, RoundTrip]:
-    """The table of a stop, or of what follows it, planned inside lower limits.
-
-    Such a course rides its limit. What interpolation, rounding and the loop add comes on top, so
-    that it is planned again inside a limit that is lower by as much as the table was above.
-    """
-    from studies.export.round_trip import Breach
-
-    inside, planned = drive, ("speed", "acceleration", "jerk")
-    for _ in range(PLANS):
-        lower = {
-            breach.name: getattr(inside, breach.name) * breach.limit / breach.value * (1 - ASIDE)
-            for breach in record.breaches
-            if isinstance(breach, Breach) and breach.name in planned and breach.value > breach.limit
-        }
-        if not lower:
-            break
-        inside = dataclasses.replace(inside, **lower)
-        try:
-            course = _course(source, inside, options)
-        except StudyError:  # the lower limits leave no such course
-            break
-        content, record = _written(source, course, drive, options, console)
-        if not record.breaches:
-            return content, record
-    tried = "" if inside is drive else ", with lower limits of the plan, too"
-    remedy = "; give it more time by --stop-within, or take another --step or more counts"
-    raise _refusal(record, tried + remedy)
+    """The table of a stop, or of what follows it, planned inside lower limits."""
+    inside, again = asked.planned_inside(drive, record)
+    if not again.breaches:
+        return _written(asked, asked.course(inside), drive, console)
+    tried = "" if inside is drive else ", also with lower limits of the plan"
+    raise _refusal(again, tried + _advice(asked, drive, again, console))
 
 
-def _written(
-    source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
-) -> tuple[str, RoundTrip]:
+def _advice(asked: Asked, drive: Drive, record: RoundTrip, console: Console) -> str:
+    """Why a table breaks limits or caps, and another one that was played and does not."""
+    from studies.export.remedies import advice_on
+
+    if asked.options.to in ("segments", "c99"):  # what samples them is not known here
+        return "; study the motion with lower caps, or raise the limits of the drive"
+    console.progress("playing other tables, to find one that keeps limits and caps")
+    return advice_on(asked, drive, record, console.live)
+
+
+def _written(asked: Asked, course: Course, drive: Drive, console: Console) -> tuple[str, RoundTrip]:
     from studies.export.beyond_caps import beyond_in_words
-    from studies.export.formats import TABLES, tabulated
-    from studies.export.round_trip import round_trip
+    from studies.export.formats import TABLES
 
-    form = TABLES[options.to]
-    points = tabulated(course, options.to, drive, _spacing(options))
+    form, about = TABLES[asked.options.to], _about(asked.source, course, asked.options)
+    points = asked.points(course, drive)
     _told(console, "writing, reading back and playing", len(points.times))
-    content = form.write(points, _about(source, course, options), drive.ropes)
+    content = form.write(points, about, drive.ropes)
 
     # what was written is what the drive gets, its digits included
     count = drive.count(course.unit) if form.counts else None
     again = form.read(content, count)
     if form.relative:  # the axis stands where the table begins
         again = dataclasses.replace(again, positions=again.positions + points.positions[0])
-    record = round_trip(
-        course, again, drive, form.interpolation, source.truss, source.result, _partial(options)
-    )
-    beyond = {} if _partial(options) else beyond_in_words(record.values)
-    if beyond:
-        content = form.write(points, beyond | _about(source, course, options), drive.ropes)
+    record = asked.played(again, course, drive)
+    if beyond := beyond_in_words(record.beyond):
+        content = form.write(points, beyond | about, drive.ropes)
     return content, record
 
 
 def _refusal(record: RoundTrip, remedy: str) -> StudyError:
-    broken = "; ".join(breach.sentence for breach in record.breaches)
-    return StudyError(f"the export is refused: {broken}{remedy}", ExitCode.NOT_VERIFIED)
+    first, *others = (breach.sentence for breach in record.breaches)
+    more = "".join(f"\n  and {sentence}" for sentence in others)
+    return StudyError(f"the export is refused: {first}{more}{remedy}", ExitCode.NOT_VERIFIED)
 
 
-def _partial(options: argparse.Namespace) -> bool:
-    return options.stop_at is not None or options.resume_at is not None
-
-
-def _curve(
-    source: Source, course: Course, drive: Drive, options: argparse.Namespace
-) -> tuple[str, RoundTrip]:
+def _curve(asked: Asked, drive: Drive, stated: bool) -> tuple[str, RoundTrip]:
     """Polynomial segments, played from their own values at the drive's period."""
     from studies.drive.course import DRUM, polynomial_course
     from studies.drive.setpoints import sampled, uniform_times
     from studies.export import c99, polynomials
-    from studies.export.round_trip import round_trip
+    from studies.export.beyond_caps import beyond_in_words
+    from studies.export.round_trip import itself, round_trip
 
-    whole = not (_partial(options) or drive.start_dwell or drive.end_dwell)
-    error = _positive("--error", options.error)
+    source, options, course = asked.source, asked.options, asked.course(drive)
+    whole = not (asked.partial or drive.start_dwell or drive.end_dwell)
+    error = asked.positive("error")
     if error is None:  # of a drum it is that of its rope
         error = polynomials.ERROR / (drive.radius if course.signal == DRUM else 1.0)
     if options.signal == "angle" and source.law is not None and whole:
@@ -322,32 +297,41 @@ def _curve(
 
     rounded = options.to == "c99" and options.real == "float"
     if rounded:
-        segments = _in_float(segments, course, options)
+        segments = _in_float(segments, course, asked.positive("error"))
     about = _about(source, course, options) | {"error": f"{segments.error:.3g} {segments.unit}"}
-    if options.to == "segments":
-        content = polynomials.write_segments(segments, about)
-        segments = polynomials.read_segments(content)
-    else:
-        content = c99.write_source(segments, about, options.real)
 
+    def written(beyond: Mapping[str, str]) -> str:
+        if options.to == "segments":
+            return polynomials.write_segments(segments, {**beyond, **about})
+        return c99.write_source(segments, {**beyond, **about}, options.real)
+
+    content = written({})
+    if options.to == "segments":
+        segments = polynomials.read_segments(content)
     if rounded:
         again = c99.float_course(segments, course)
     else:
         curve = segments.curve()
         again = polynomial_course(course.signal, course.unit, curve, course.switches)
-    points = sampled(again, uniform_times(again, drive.period), drive.count(course.unit))
-    record = round_trip(course, points, drive, None, source.truss, source.result, _partial(options))
+    # a curve has no points, and only a drive that is stated says how it is sampled
+    truss, result = source.truss, source.result
+    if stated:
+        points = sampled(again, uniform_times(again, drive.period), drive.count(again.unit))
+        record = round_trip(course, points, drive, None, truss, result, asked.partial)
+    else:
+        record = itself(course, drive, truss, result)
     if record.breaches:
         raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
-    return content, record
+    miss = {f"largest miss of the curve [{segments.unit}]": segments.error}
+    record = dataclasses.replace(record, values={**miss, **record.values})
+    return written(beyond_in_words(record.beyond)), record
 
 
-def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -> Segments:
+def _in_float(segments: Segments, course: Course, stated: float | None) -> Segments:
     """The same segments with the error that arithmetic of 24 bits makes of them."""
     from studies.export import c99
 
     error = c99.float_error(segments, course)
-    stated = _positive("--error", options.error)
     if stated is not None and error > stated:
         raise StudyError(
             f"--error is {stated:g} {course.unit}, but numbers of the type float miss the motion "
@@ -357,29 +341,18 @@ def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -
 
 
 def _columns(
-    source: Source,
-    course: Course,
-    drive: Drive,
-    stated: bool,
-    options: argparse.Namespace,
-    console: Console,
+    asked: Asked, drive: Drive, stated: bool, console: Console
 ) -> tuple[str | bytes, RoundTrip | None]:
     """The whole profile at the times that are asked for.
 
     Where a drive is stated its set-points are further columns, and these are played.
     """
-    import numpy as np
-
-    from studies.drive.setpoints import sampled, switch_point_times, uniform_times
-    from studies.export.round_trip import round_trip
+    from studies.export.beyond_caps import beyond_in_words
     from studies.export.set_point_columns import SET_POINT, with_set_points
     from studies.export.source import with_rests
 
-    spacing = _spacing(options)
-    if spacing.points is not None:
-        times = switch_point_times(course, spacing.points - 1)
-    else:
-        times = np.minimum(uniform_times(course, spacing.step or drive.period), course.duration)
+    source, options, course = asked.source, asked.options, asked.course(drive)
+    times = asked.row_times(course, drive)
     _told(console, "evaluating", len(times))
     columns = with_rests(source, drive).rows(times)
     if not stated:
@@ -387,15 +360,15 @@ def _columns(
         return _columns_of(source.result, columns, options), None
 
     _told(console, "playing", len(times))
-    points = sampled(course, times, drive.count(course.unit))
-    record = round_trip(course, points, drive, None, source.truss, source.result)
+    points = asked.points(course, drive)
+    record = asked.played(points, course, drive)
     if record.breaches:
-        raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
+        raise _refusal(record, _advice(asked, drive, record, console))
     result, columns = with_set_points(source.result, columns, course, points, drive)
     about = {"column that is played": SET_POINT.format(signal=course.signal)}
     record = dataclasses.replace(record, values={**about, **record.values})
     _told(console, "writing", len(times))
-    return _columns_of(result, columns, options), record
+    return _columns_of(result, columns, options, beyond_in_words(record.beyond)), record
 
 
 def _told(console: Console, what: str, count: int) -> None:
@@ -405,9 +378,17 @@ def _told(console: Console, what: str, count: int) -> None:
 
 
 def _columns_of(
-    result: Result, columns: Mapping[str, Array] | None, options: argparse.Namespace
+    result: Result,
+    columns: Mapping[str, Array] | None,
+    options: argparse.Namespace,
+    first: Mapping[str, str] = MappingProxyType({}),
 ) -> str | bytes:
-    """The columns in their format; the stored ones unless others are given."""
+    """The columns in their format; the stored ones unless others are given.
+
+    Parameters
+    ----------
+    first : what the file says before all else.
+    """
     from studies.common import columns as text
     from studies.export import binary
 
@@ -415,10 +396,11 @@ def _columns_of(
         columns = text.stored_columns(result)
     if options.to == "csv":
         dialect = text.Dialect(options.separator, options.decimal, not options.no_header)
-        return text.write_csv(result, columns, dialect)
+        return text.write_csv(result, columns, dialect, first)
     if options.to == "json":
-        return text.write_json(result, columns)
-    return (binary.write_mat if options.to == "mat" else binary.write_parquet)(result, columns)
+        return text.write_json(result, columns, first)
+    write = binary.write_mat if options.to == "mat" else binary.write_parquet
+    return write(result, columns, first)
 
 
 def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[str, str]:
@@ -430,6 +412,7 @@ def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[
         "program": f"{PROGRAM} {version(PROGRAM)}",
         "question": source.result.question,
         "signal": f"{course.signal} [{course.unit}]",
+        "position": _meaning(course),
         "unit": course.unit,
         "duration_s": f"{course.duration:.15g}",
         **{name: f"{value} s" for name, value in part.items() if value is not None},
@@ -437,41 +420,25 @@ def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[
     }
 
 
-def _spacing(options: argparse.Namespace) -> Any:
-    from studies.common.configuration import as_number, whole
-    from studies.export.formats import Spacing
+def _meaning(course: Course) -> str:
+    """What the positions of a table are."""
+    from studies.drive.course import DRUM
 
-    points = None
-    if options.points is not None:
-        points = whole(2)("--points", as_number(options.points))
-    return Spacing(_positive("--step", options.step), points)
-
-
-def _number(name: str, text: str) -> float:
-    from studies.common.configuration import as_number, finite
-
-    return finite(name, as_number(text))
-
-
-def _positive(name: str, text: str | None) -> float | None:
-    from studies.common.configuration import as_number, positive
-
-    return None if text is None else positive(name, as_number(text))
+    since = "since the stowed truss was at rest, positive"
+    if course.signal == "rope":
+        less = "" if course.stretch is None else ", less the stretch of the rope"
+        return (
+            f"rope hauled in {since}; the column rope_length of a CSV export falls by as much{less}"
+        )
+    if course.signal == DRUM:
+        return f"turn of the drum {since} if rope is hauled in"
+    return "angle" if course.signal == "angle" else "angle since the start"
 
 
 def _hand_over(
     content: str | bytes, record: RoundTrip | None, options: argparse.Namespace, console: Console
 ) -> ExitCode:
-    """Print the text, or write it with its record beside it; caps that it exceeds come first."""
-    from studies.export.beyond_caps import beyond_in_words
-
-    # a stop is planned inside limits of its own
-    values = {} if record is None or _partial(options) else record.values
-    for what, words in beyond_in_words(values).items():
-        console.complain(
-            f"{what}: {words}, between the points of the table; it is written all the same: take a "
-            "smaller --step or more counts, or study the motion with caps that are lower by that"
-        )
+    """Print the text, or write it with its record beside it."""
     if options.output is None:
         if isinstance(content, bytes):
             raise StudyError(f"--to {options.to} is no text; name a file with --output")

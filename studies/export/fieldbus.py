@@ -12,6 +12,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
+from studies.common.headers import comments
 from studies.drive.setpoints import SetPoints
 
 LARGEST = 2**31 - 1  # of a signed number of 32 bits
@@ -32,7 +33,7 @@ def write_ethercat(points: SetPoints, about: Mapping[str, str], axes: int) -> st
             f"the travel has {largest} counts, but a target position holds {LARGEST}; "
             "state fewer counts a turn"
         )
-    lines = [f"# {name} = {value}" for name, value in about.items()]
+    lines = comments(about)
     cycle_us = 1e6 * float(points.times[1])
     lines += [f"# cycle_us = {cycle_us:.15g}", ",".join(["target_position_607A"] * axes)]
     lines += [",".join([str(target)] * axes) for target in counts.tolist()]

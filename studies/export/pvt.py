@@ -13,6 +13,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
+from studies.common.headers import comments
 from studies.drive.setpoints import SetPoints
 
 GALIL_SEGMENTS = 255  # that the buffer of one axis holds
@@ -23,8 +24,7 @@ _GALIL = re.compile(r"^PV([A-H])=(-?\d+),(-?\d+),(\d+)$")
 
 def write_plain(points: SetPoints, about: Mapping[str, str], axes: int) -> str:
     """Columns time, position, velocity; comments with # above."""
-    lines = [f"# {name} = {value}" for name, value in about.items()]
-    unit = about["unit"]
+    lines, unit = comments(about), about["unit"]
     heads = [f"position{k} [{unit}],velocity{k} [{unit}/s]" for k in _numbers(axes)]
     lines.append(",".join(["time [s]", *heads]))
     for t, x, v in _rows(points):

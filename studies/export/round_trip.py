@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from models.errors import ModelError
 from models.truss import TrussParameters
+from studies.common.console import above
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
 from studies.drive.course import DRUM, SAMPLES, Course, Stretch
@@ -26,12 +27,18 @@ from studies.drive.playback import (
     relieved,
 )
 from studies.drive.schema import Drive
-from studies.drive.setpoints import SetPoints
-from studies.export.beyond_caps import beyond_caps
+from studies.drive.setpoints import SetPoints, sampled
+from studies.drive.yielding import felt
+from studies.export.beyond_caps import BeyondCap, beyond_caps
 from studies.truss.motions.laws import study_of
 
 TOLERANCE = 1e-6  # of a limit: what an optimiser that rides it leaves
 SLACK = 1e-3  # of the peak force: what spline and interpolation leave of a tension of zero
+UNDEFINED = (
+    "straight lines between points have no acceleration; state drive.bandwidth, or "
+    "drive.interpolation = 'spline' (and drive.drum_radius for speed and torque of a motor)"
+)
+DIGITS = 1e-12  # [m or rad]: a table that is closer to its course is not rounded
 OPEN = math.pi / 2  # [rad]
 
 
@@ -60,11 +67,15 @@ class Breach:
                 f"the {self.name} has no bound between the points, but its limit is "
                 f"{self.limit:g} {self.unit}; state drive.bandwidth or another interpolation"
             )
-        more = 100 * (self.value / self.limit - 1)
         return (
             f"the {self.name} is {self.value:.6g} {self.unit} at {self.time:.6g} s, "
-            f"{more:.3g} % above its limit of {self.limit:g} {self.unit}"
+            f"{above(self.excess)} its limit of {self.limit:g} {self.unit}"
         )
+
+    @property
+    def excess(self) -> float:
+        """Relative to the limit; infinite where there is no value."""
+        return math.inf if math.isnan(self.value) else self.value / self.limit - 1.0
 
 
 @dataclass(frozen=True)
@@ -85,9 +96,13 @@ class Slack:
         """Place and amount."""
         return (
             f"the rope would have to push with {self.push:.4g} N at {self.time:.6g} s and is "
-            "slack there; study a motion of more tension (--least-tension), or take a shorter step "
-            "or another interpolation"
+            "slack there"
         )
+
+    @property
+    def excess(self) -> float:
+        """No table with a slack rope is better than another."""
+        return math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,12 +115,14 @@ class RoundTrip:
     truss : that it moves, or None.
     values : numbers for the record, by name with the unit in brackets.
     breaches : limits that are broken, and ropes that would push.
+    beyond : caps of the study that the played table exceeds.
     """
 
     playback: Playback
     truss: TrussPlayback | None
     values: Mapping[str, Any]
-    breaches: tuple[Breach | Slack, ...] = field(default=())
+    breaches: tuple[Breach | Slack, ...] = ()
+    beyond: tuple[BeyondCap, ...] = ()
 
     @property
     def push(self) -> float:
@@ -114,8 +131,16 @@ class RoundTrip:
 
     def lines(self) -> list[str]:
         """The record for a reader."""
-        shown = [f"{name}: {_shown(value)}" for name, value in self.values.items()]
-        return [*shown, *(f"BROKEN: {breach.sentence}" for breach in self.breaches)]
+        known, unknown = [], []
+        for name, value in self.values.items():
+            if isinstance(value, float) and math.isnan(value):
+                unknown.append(name.split(" [")[0])
+            else:
+                shown = f"{value:.6g}" if isinstance(value, float) else str(value)
+                known.append(f"{name}: {shown}")
+        if unknown:
+            known.append(f"no value between the points of {', '.join(unknown)}")
+        return [*known, *(f"BROKEN: {breach.sentence}" for breach in self.breaches)]
 
 
 def round_trip(
@@ -141,23 +166,34 @@ def round_trip(
     StudyError
         If the motion leaves the reach of the mechanism.
     """
-    output = played(course, points, drive, kind)
-    values, unit, replayed = _of_the_axis(course, points, output), course.unit, None
     drum = drive.drum if course.signal == DRUM else None
+
+    def axis(table: SetPoints) -> Playback:
+        return played(course, table, drive, kind)
+
+    def rope(table: SetPoints) -> Playback:
+        return axis(table) if drum is None else hauled(axis(table), drum)
+
+    output = axis(points)
+    values, unit, replayed = _of_the_axis(course, points, output), course.unit, None
     if drum is not None:
         output, unit = hauled(output, drum), "m"
         values |= _of_the_rope(output)
     breaches = _against_limits(output, drive, unit)
+    beyond: tuple[BeyondCap, ...] = ()
 
     if truss is not None and course.signal in ("rope", DRUM):
-        moved = output
+        # the mechanism feels what is rounded off through a rope that yields
+        smooth = sampled(course, points.times)
+        rounded = bool(np.abs(points.positions - smooth.positions).max() > DIGITS)
+        exact = moved = rope(smooth) if rounded else output
         if course.stretch is not None:
-            moved = played(course, relieved(course, points, drum), drive, kind)
-            moved = moved if drum is None else hauled(moved, drum)
-            output, moved = at_common_times(output, moved)
+            moved = rope(relieved(course, smooth, drum))
             values |= _of_the_stretch(course, course.stretch)
+        output, moved = at_common_times(output, moved)
         try:
-            replayed = on_the_truss(moved.motion, truss, output.motion[1])
+            off = felt(output, exact, points.times, truss, drive) if rounded else 0.0
+            replayed = on_the_truss(moved.motion + off, truss, output.motion[1])
         except ModelError as error:
             raise StudyError(f"the played rope leaves the mechanism: {error}") from error
         on_truss, broken = _of_the_truss(output, replayed, drive, course, truss)
@@ -165,8 +201,32 @@ def round_trip(
         breaches += broken
         if result is not None:
             values |= _beside_the_optimum(output, replayed, result, partial)
-            values |= beyond_caps(output, replayed, drive, study_of(result))
-    return RoundTrip(output, replayed, values, tuple(breaches))
+            beyond = beyond_caps(output, replayed, drive, study_of(result))
+            values |= dict(one.line for one in beyond)
+    if any(isinstance(value, float) and math.isnan(value) for value in values.values()):
+        values["why values are missing"] = UNDEFINED
+    return RoundTrip(output, replayed, values, tuple(breaches), beyond)
+
+
+def itself(
+    course: Course, drive: Drive, truss: TrussParameters | None, result: Result
+) -> RoundTrip:
+    """The record of a course by itself, without a table and a loop."""
+    time = course.grid(SAMPLES)
+    rows, unit = course.derivatives(time), course.unit
+    if course.signal == DRUM:
+        rows, unit = drive.drum.hauled(rows), "m"
+    output = Playback(time, rows, math.nan, None, None, course.duration, course.derivatives)
+    breaches = _against_limits(output, drive, unit)
+    if truss is None or course.signal not in ("rope", DRUM):
+        return RoundTrip(output, None, {}, tuple(breaches))
+
+    moved = rows if course.stretch is None else rows - course.stretch.derivatives(time)
+    replayed = on_the_truss(moved, truss, rows[1])
+    values, broken = _of_the_truss(output, replayed, drive, course, truss)
+    beyond = beyond_caps(output, replayed, drive, study_of(result))
+    values |= dict(one.line for one in beyond)
+    return RoundTrip(output, replayed, values, (*breaches, *broken), beyond)
 
 
 def _of_the_axis(course: Course, points: SetPoints, output: Playback) -> dict[str, Any]:
@@ -312,9 +372,3 @@ def _beside_the_optimum(
             own = next(iter(row.values.values()))
             values[f"{row.title} above the optimum [1]"] = extremes[row.key][0] / own - 1.0
     return values
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, float):
-        return "not defined" if math.isnan(value) else f"{value:.6g}"
-    return str(value)

@@ -104,7 +104,7 @@ def _less(name: str, limit: float | None, less: float, divided: float = 1.0) -> 
     if kept <= 0:
         raise StudyError(
             f"interpolation and rounding may add {less:.4g} to the {name}, but its limit is "
-            f"{limit:g}; take more counts, another step or another interpolation",
+            f"{limit:g}",
             ExitCode.NOT_SOLVED,
         )
     return kept
@@ -147,12 +147,11 @@ def law_within(
     try:
         solution = solve(statement.problem(), settings=settings)
     except OcpError as error:
-        why = str(error).split(";")[0]  # what follows is for those who state problems themselves
         taut = f", with {tension:.3g} N more in every rope" if tension else ""
         raise StudyError(
-            f"no motion was found that bears {reserve.speed:.3g} m/s and "
-            f"{reserve.acceleration:.3g} m/s^2 of the rope more, as interpolation, rounding and "
-            f"loop may add{taut} ({why}); take a shorter step or more counts, or raise the limits",
+            "no motion was found that keeps the limits and leaves room for what interpolation, "
+            f"rounding and loop may add to the rope: {reserve.speed:.3g} m/s and "
+            f"{reserve.acceleration:.3g} m/s^2{taut}; this is no proof that there is none",
             ExitCode.NOT_SOLVED,
         ) from error
     return law_of(study, statement, solution)

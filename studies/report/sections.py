@@ -330,8 +330,7 @@ def exact_input(text: str) -> Element:
 
 def versions(result: Result) -> Element:
     """What the result was made with."""
-    lines = [line.partition(" = ") for line in flat(result.provenance)]
-    rows = [(name, value) for name, _, value in lines]
+    rows = [(name, str(value)) for name, value in flat(result.provenance).items()]
     if not rows:
         return section("Versions", element("p", "They are not recorded."))
     return section("Versions", table("Made by", ("what", "value"), rows, key="versions"))

@@ -22,6 +22,11 @@ _ABOUT = {
     "robust-truss": "truss",
 }
 MOST_GAINS = 6
+MOST_FAILED = 3  # checks that an answer names
+PROFILES = ("check", "check-arm")  # kinds whose question is whether a profile keeps its checks
+NOTHING = 1e-9  # in SI units: less of any quantity of a table is rounding
+MANY_TIMES = 1e6
+SAME = 5e-4  # relative: closer is the same, to three digits of a percentage
 MEETS = 1e-6  # relative: closer to a bound is on it, to the digits that are printed
 KINDS = {
     "global": ("Proven best", "good"),
@@ -71,18 +76,88 @@ def subject(result: Result) -> str:
 
 
 def answer(result: Result) -> list[str]:
-    """What was found, beside what it is compared with."""
+    """The answer to the question of a result: first what failed, then what was found."""
     if result.kind == CASES:
         return _of_cases(result)
+    first = _of_checks(result)
     sentences = [_least(result, row) for row in result.table if row.minimised]
     if sentences and result.also_found and result.kind not in _OF_PARTS:
-        sentences.insert(0, f"These are the numbers of one of the motions: {result.laws[0]}.")
+        first += _ends(result)
+        first.append(f"In between, these are the numbers of one motion, {result.laws[0]}.")
     if not sentences:
-        sentences = [_ANSWERS[result.verdict.kind]]
+        sentences = [] if first else [_ANSWERS[result.verdict.kind]]
         sentences += [f"{gain}." for gain in gains(result)[:3]] or _first_values(result)
+    elif _no_other_law(result):
+        sentences.append(_no_other_law(result))
     if result.verdict.kind in ("global", "local"):
-        sentences += [_bounded(row, result) for row in result.table if row.minimised and row.bound]
-    return sentences
+        bounded = [row for row in result.table if row.minimised and row.bound]
+        sentences += [_bounded(row, result) for row in bounded if not _stated_limit(row, result)]
+    return first + sentences
+
+
+def _of_checks(result: Result) -> list[str]:
+    """Whether a profile keeps its checks; of other results, which checks failed."""
+    checks = result.checks
+    failed = [_plain(check) for check in checks if not check.passed]
+    open_still = [_plain(check) for check in checks if not check.decided]
+    if failed:
+        begun = "No: it breaks" if result.kind in PROFILES else "Not as asked: it fails"
+        more = f"; and {len(failed) - MOST_FAILED} more" if len(failed) > MOST_FAILED else ""
+        named = "; ".join(failed[:MOST_FAILED])
+        return [f"{begun} {len(failed)} of {len(checks)} checks: {named}{more}."]
+    if result.kind not in PROFILES or not checks:
+        return []
+    if open_still:
+        return [f"Not decided, because of noise or rounding: {'; '.join(open_still)}."]
+    return [f"Yes: it keeps {_all(len(checks)).lower()}."]
+
+
+def _plain(check: Criterion) -> str:
+    """The sentence of a check without its outcome."""
+    return check.sentence.partition(": ")[2] or check.sentence
+
+
+def _ends(result: Result) -> list[str]:
+    """The ends of a front, by its objectives."""
+    rows = [row for row in result.table if row.minimised]
+    places = [
+        ", ".join(f"{row.title} {number(row.values[end], 6)}{_unit(row)}" for row in rows)
+        for end in result.also_found
+        if all(math.isfinite(row.values.get(end, math.nan)) for row in rows)
+    ]
+    return [f"The front has these ends: {'; '.join(places)}."] if places else []
+
+
+def _stated_limit(row: TableRow, result: Result) -> bool:
+    """Whether a bound is the least duration that the study itself allows."""
+    stated = result.configuration.get("duration")
+    low = stated[0] if isinstance(stated, list) and stated else stated
+    return row.key == "time" and row.bound == low
+
+
+def _breaking(result: Result) -> dict[str, TableRow]:
+    """Laws that break a cap, each with the row of the first one."""
+    found: dict[str, TableRow] = {}
+    for row in result.table:
+        for law in row.broken_by:
+            found.setdefault(law, row)
+    return found
+
+
+def _no_other_law(result: Result) -> str:
+    """That only the result's own law keeps the caps; empty if that is not so."""
+    breaking = _breaking(result)
+    others = [law for law in result.compared_with if law in breaking]
+    own = next(iter(result.laws), "")
+    if not others or own in breaking or len(others) < len(result.compared_with):
+        return ""
+    words = [
+        f"{law} has a {row.title} of {number(row.values[law], 6)}{_unit(row)} "
+        f"(cap {number(row.cap, 6)})"
+        for law in others
+        for row in [breaking[law]]
+    ]
+    return f"No other law of the table keeps the caps: {', '.join(words)}."
 
 
 def _of_cases(result: Result) -> list[str]:
@@ -131,7 +206,9 @@ def _first_values(result: Result) -> list[str]:
 def _least(result: Result, row: TableRow) -> str:
     value, unit = row.values.get(result.laws[0], math.nan), _unit(row)
     in_parts = result.kind in _OF_PARTS
-    beside = result.also_found if in_parts else result.compared_with
+    breaking = _breaking(result)
+    keeping = [law for law in result.compared_with if law not in breaking]
+    beside = result.also_found if in_parts else keeping
     others = {law: row.values.get(law, math.nan) for law in beside}
     known = {law: other for law, other in others.items() if math.isfinite(other)}
     sentence = f"The {row.title} is {number(value, 6)}{unit}"
@@ -144,11 +221,13 @@ def _least(result: Result, row: TableRow) -> str:
     best = min(known, key=lambda law: known[law])
     if known[best] <= 0.0:
         return f"{sentence}; {best} has {number(known[best], 6)}{unit}."
-    change = 100 * (1 - value / known[best])
+    change = 1 - value / known[best]
     word = "less" if change >= 0 else "more"
+    much = f"{number(100 * abs(change), 3)} % {word} than" if abs(change) > SAME else "the same as"
+    kept = " that keep the caps" if breaking else ""
     return (
-        f"{sentence}: {number(abs(change), 3)} % {word} than that of {best} "
-        f"({number(known[best], 6)}{unit}), the best of the other laws."
+        f"{sentence}: {much} that of {best} ({number(known[best], 6)}{unit}), the best of the "
+        f"other laws{kept}."
     )
 
 
@@ -165,7 +244,8 @@ def _unit(row: TableRow) -> str:
 
 def gains(result: Result) -> list[str]:
     """Quantities in which the result is clearly better than the best other law, greatest first."""
-    found = []
+    found = [(math.inf, "A motion within the caps: no other law of the table keeps them")]
+    found = found if _no_other_law(result) else []
     for row in result.table:
         ratio, best = _gain(row, result.compared_with)
         if ratio > WORSE:
@@ -174,7 +254,10 @@ def gains(result: Result) -> list[str]:
             if ratio < 2 and row.better == "less":
                 times = f"{100 * (1 - 1 / ratio):.0f} % less"
             values = f"{number(row.values[own], 4)} instead of {number(row.values[best], 4)}"
-            found.append((ratio, f"{_begun(row.title)}: {times} than {best}, {values}{_unit(row)}"))
+            # beside almost nothing a ratio says nothing
+            said = f"{times} than {best}, " if ratio < MANY_TIMES else ""
+            of = "" if said else f" of {best}"
+            found.append((ratio, f"{_begun(row.title)}: {said}{values}{_unit(row)}{of}"))
     found.sort(key=lambda item: -item[0])
     return [sentence for _, sentence in found[:MOST_GAINS]]
 
@@ -199,7 +282,8 @@ def _gain(row: TableRow, laws: Sequence[str]) -> tuple[float, str]:
     sign = 1.0 if row.better == "less" else -1.0
     best = min(others, key=lambda law: sign * others[law])
     worse, better = (others[best], value) if row.better == "less" else (value, others[best])
-    return (worse / better if better > 0 and worse > 0 else 0.0), best
+    least = max(row.negligible, NOTHING)
+    return (worse / max(better, least) if worse > least else 0.0), best
 
 
 def costs(result: Result) -> list[str]:

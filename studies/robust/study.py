@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.common.comparison_table import TableRow
+from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
 from studies.common.rates import Rate, rate
@@ -124,12 +124,14 @@ def _result(found: _Found) -> Result:
         better="less",
     )
 
+    table = (worst, *_scenario_rows(found), *rows)
     return Result(
         kind="robust-truss",
         question=study.question,
         configuration=as_dictionary(study),
         arrays={**series_of(robust), **_bands(found)},
-        table=(worst, *_scenario_rows(found), *rows),
+        table=table,
+        costs_elsewhere=costs_elsewhere(table, (NOMINAL_LAW,)),
         bounds={"worst-force": bound},
         verdict=_verdict(found, bound),
         checks=(

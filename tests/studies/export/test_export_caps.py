@@ -10,7 +10,7 @@ from studies.drive import Drive
 from studies.drive.course import rope_course
 from studies.drive.playback import on_the_truss, played
 from studies.drive.setpoints import sampled, switch_point_times
-from studies.export.beyond_caps import beyond_caps
+from studies.export.beyond_caps import BeyondCap, beyond_caps
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import CAPPED
 from studies.truss.motions.deployment import Deployment
@@ -32,7 +32,7 @@ def lines(study: TrussStudy, drive: Drive) -> dict[str, float]:
     course = rope_course(LAW, study.truss)
     output = played(course, sampled(course, switch_point_times(course, 400)), drive)
     replayed = on_the_truss(output.motion, study.truss)
-    return beyond_caps(output, replayed, drive, study)
+    return dict(one.line for one in beyond_caps(output, replayed, drive, study))
 
 
 def capped(factor: float) -> TrussStudy:
@@ -48,11 +48,38 @@ def test_every_cap_that_is_broken_has_its_line() -> None:
         if key == "peak-motor-load":
             expected = DEPLOYMENT.values[key] - 1.0
         elif key == "least-tension":
-            expected = 0.2 / DEPLOYMENT.values["peak-force"]
+            name, expected = f"{QUANTITIES[key].title} short of the cap of the study [N]", 0.2
         else:
             expected = 1 / 0.8 - 1
         # points on the switches: a quintic follows all but the steps of the jerk
         assert found[name] == pytest.approx(expected, rel=5e-3), key
+
+
+@pytest.mark.parametrize(
+    ("value", "cap", "said"),
+    [
+        (0.000587, 0.003, "0.000587 N (80 % short of the cap of 0.003)"),
+        (4.3e-10, 0.003, "4.3e-10 N (100 % short of the cap of 0.003)"),
+        (-2.0, 0.003, "-2 N (a slack rope; the cap is 0.003)"),
+        (-2.0, 0.0, "-2 N (a slack rope; the cap is 0)"),
+    ],
+)
+def test_a_tension_is_short_of_its_own_cap_and_not_of_the_force(
+    value: float, cap: float, said: str
+) -> None:
+    title = QUANTITIES["least-tension"].title
+    short = BeyondCap("least-tension", title, "N", value, cap)
+    assert short.words == f"{title} {said}"
+    assert short.line == (f"{title} short of the cap of the study [N]", cap - value)
+
+
+@pytest.mark.parametrize(
+    ("excess", "said"),
+    [(0.00126, "0.13 % above"), (0.82, "82 % above"), (3.94, "390 % above"), (7029, "7000 times")],
+)
+def test_what_exceeds_a_cap_is_said_in_plain_numbers(excess: float, said: str) -> None:
+    jerk = BeyondCap("peak-jerk", "peak angular jerk", "rad/s^3", 2.0 * (1 + excess), 2.0)
+    assert jerk.words.endswith(f"({said} the cap of 2)")
 
 
 def test_what_has_no_value_between_the_points_is_said_and_not_passed_over() -> None:

@@ -1,6 +1,8 @@
 """`antenna-ocp export` of a stop out of a motion, and of the way on."""
 
+import dataclasses
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -96,4 +98,32 @@ def test_a_stop_leaves_room_for_what_its_table_adds(
     # the remedy is one that a stop has
     capsys.readouterr()
     assert stopped(f"acceleration = {0.5 * limit}", 1.0) == 5
-    assert "--stop-within" in complaint(capsys)
+    assert "cause: the stop itself" in complaint(capsys)
+
+
+def test_a_stop_and_the_way_on_say_which_caps_they_exceed(
+    short: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    power, line = 60.0, "peak motor power beyond the cap of the study [1]"
+    caps = {**short.configuration["caps"], "power": power}
+    path = tmp_path / "capped"
+    path.mkdir()
+    dataclasses.replace(short, configuration={**short.configuration, "caps": caps}).save(path)
+
+    flags = ("--to", "pvt", "--resume-at", 2, "--stop-within", 1, "--step", 0.05, "--output")
+    file = tmp_path / "beyond"
+    assert export(path, *flags, file) == 0
+    record = json.loads(Path(f"{file}.record.json").read_text("utf-8"))
+    assert record[line] == pytest.approx(record["peak motor power [W]"] / power - 1)
+    said = complaint(capsys)
+    words = f"peak motor power {record['peak motor power [W]']:.4g} W"
+    assert f"BEYOND CAPS OF THE STUDY: {words}" in said
+    assert file.read_text("utf-8").startswith(f"# BEYOND CAPS OF THE STUDY = {words}")
+
+    # the drive that the message names makes a table that exceeds nothing
+    found = re.search(r"remedy, played and found to pass: (speed = [\d.e-]+) in the drive", said)
+    assert found is not None
+    slow = tmp_path / "slow.toml"
+    slow.write_text(found[1], "utf-8")
+    assert export(path, *flags, tmp_path / "within", "--drive", slow) == 0
+    assert "BEYOND" not in complaint(capsys)

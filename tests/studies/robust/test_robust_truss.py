@@ -244,6 +244,12 @@ def test_a_coarse_law_meets_the_bound_of_the_worst_scenario(tmp_path: Path) -> N
     assert worst.bound == pytest.approx(max(bounds(study).values()))
     assert worst.bound <= worst.values["robust"] <= worst.bound * (1 + 1e-4)
     assert result.verdict.kind == "global"
+    # beside the paper's laws, and not beside the nominal optimum that costs as much
+    dearest = {cost.key: cost for cost in result.costs_elsewhere}["peak-acceleration"]
+    row = next(row for row in result.table if row.key == "peak-acceleration")
+    assert dearest.baseline == "Bezier"
+    assert dearest.ratio == pytest.approx(row.values["robust"] / row.values["Bezier"])
+    assert dearest.ratio > 2.0
     result.save(tmp_path)
     assert Result.load(tmp_path).details["rates"] == result.details["rates"]
     assert as_dictionary(study_from(as_dictionary(study))) == as_dictionary(study)

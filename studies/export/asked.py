@@ -1,0 +1,144 @@
+"""What the flags of `antenna-ocp export` ask for: a course, its points, and what a drive plays."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.common.configuration import as_number, finite, positive, whole
+from studies.common.exit_codes import StudyError
+from studies.drive.course import DRUM, Course, drum_course, with_dwells
+from studies.drive.schema import Drive
+from studies.drive.setpoints import SetPoints, sampled, switch_point_times, uniform_times
+from studies.drive.stopping import resume_course, stop_course
+from studies.drive.stretch import stretched
+from studies.export.formats import TABLES, Spacing, tabulated
+from studies.export.round_trip import Breach, RoundTrip, round_trip
+from studies.export.source import Source
+
+PLANS = 8  # of a stop, which take a moment each
+ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
+PLANNED = ("speed", "acceleration", "jerk")  # limits of a drive that a plan keeps
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """A motion, and the flags that say what is made of it.
+
+    Attributes
+    ----------
+    source : the motion.
+    options : the flags.
+    """
+
+    source: Source
+    options: argparse.Namespace
+
+    @property
+    def partial(self) -> bool:
+        """Whether only a stop or the way on from it is asked for."""
+        return self.options.stop_at is not None or self.options.resume_at is not None
+
+    @property
+    def spacing(self) -> Spacing:
+        """Where the points of a table lie."""
+        points = None
+        if self.options.points is not None:
+            points = whole(2)("--points", as_number(self.options.points))
+        return Spacing(self.positive("step"), points)
+
+    def changed(self, flags: Mapping[str, str]) -> Asked:
+        """The same with other flags; of a step and a number of points the new one holds."""
+        spaced = {"step": None, "points": None} if {"step", "points"} & set(flags) else {}
+        return Asked(self.source, argparse.Namespace(**{**vars(self.options), **spaced, **flags}))
+
+    def positive(self, flag: str) -> float | None:
+        """The number of a flag, which has to be positive; None if it is not stated."""
+        text = getattr(self.options, flag)
+        return None if text is None else positive(_typed(flag), as_number(text))
+
+    def course(self, drive: Drive) -> Course:
+        """The whole motion, or its stop, or what follows the stop; between the drive's dwells.
+
+        Rope on a drum of several layers is no multiple of the drum's turn. What is exported is the
+        turn then, unless the user names a signal.
+        """
+        source, options = self.source, self.options
+        layered = drive.rope_diameter is not None and source.truss is not None
+        signal = options.signal or (DRUM if layered else None)
+        hauling = signal == DRUM and source.truss is not None
+        course = source.course("rope" if hauling else signal)
+        within = self.positive("stop_within")
+        if options.stop_at is not None:
+            course = stop_course(course, self._time("stop_at"), drive, within)
+        elif options.resume_at is not None:
+            course = resume_course(course, self._time("resume_at"), drive, within)
+        if source.truss is not None and course.signal == "rope":
+            course = stretched(course, source.truss, drive)
+        if hauling:
+            course = drum_course(course, drive.drum)
+        return with_dwells(course, drive.start_dwell, drive.end_dwell)
+
+    def points(self, course: Course, drive: Drive) -> SetPoints:
+        """The points of a table, or of columns that a drive has to follow."""
+        if self.options.to in TABLES:
+            return tabulated(course, self.options.to, drive, self.spacing)
+        return sampled(course, self.row_times(course, drive), drive.count(course.unit))
+
+    def row_times(self, course: Course, drive: Drive) -> Array:
+        """Times (m,) of rows of the whole profile [s]."""
+        if self.spacing.points is not None:
+            return switch_point_times(course, self.spacing.points - 1)
+        times = uniform_times(course, self.spacing.step or drive.period)
+        inside: Array = np.minimum(times, course.duration)
+        return inside
+
+    def played(self, points: SetPoints, course: Course, drive: Drive) -> RoundTrip:
+        """What a drive makes of points of a course."""
+        form = TABLES.get(self.options.to)
+        kind = None if form is None else form.interpolation
+        source = self.source
+        return round_trip(course, points, drive, kind, source.truss, source.result, self.partial)
+
+    def tried(self, drive: Drive) -> RoundTrip:
+        """The record of what is asked for; of a stop, planned so that its table keeps limits."""
+        course = self.course(drive)
+        record = self.played(self.points(course, drive), course, drive)
+        return self.planned_inside(drive, record)[1] if self.partial else record
+
+    def planned_inside(self, drive: Drive, record: RoundTrip) -> tuple[Drive, RoundTrip]:
+        """Lower limits for the plan of a stop, and the record of its table.
+
+        Such a course rides its limit. What interpolation, rounding and the loop add comes on top,
+        so that it is planned again inside a limit that is lower by as much as the table was above.
+        """
+        inside = drive
+        for _ in range(PLANS):
+            lower = {
+                breach.name: getattr(inside, breach.name) / (1 + breach.excess) * (1 - ASIDE)
+                for breach in record.breaches
+                if isinstance(breach, Breach)
+                and breach.name in PLANNED
+                and breach.value > breach.limit
+            }
+            if not lower:
+                break
+            inside = dataclasses.replace(inside, **lower)
+            try:
+                course = self.course(inside)
+            except StudyError:  # the lower limits leave no such course
+                break
+            record = self.played(self.points(course, drive), course, drive)
+        return inside, record
+
+    def _time(self, flag: str) -> float:
+        return finite(_typed(flag), as_number(getattr(self.options, flag)))
+
+
+def _typed(flag: str) -> str:
+    return "--" + flag.replace("_", "-")
