@@ -16,6 +16,9 @@ from models.laws.motion import AngularMotion, check_duration, check_stroke, law_
 # Control points [rad] as printed below (45); they miss 4.4 deg by 5.5e-6 and 90 deg by 3.7e-6 rad.
 PAPER_POINTS = (0.0768, 0.0768, 0.0768, 0.4465, 0.8152, 1.2169, 1.5708, 1.5708, 1.5708)
 
+# the angles that they stand for, stowed and deployed [rad]
+PAPER_RANGE = (math.radians(4.4), math.pi / 2)
+
 
 @dataclass(frozen=True)
 class Bezier:
@@ -76,16 +79,16 @@ class Bezier:
         return AngularMotion(time=t, angle=angle, speed=speed, acceleration=acceleration, jerk=jerk)
 
 
-def pinned(points: Sequence[float], start_angle: float, end_angle: float) -> tuple[float, ...]:
-    """Set the first and last three points to the angles, so that (45) holds exactly.
+def paper_points(start_angle: float, end_angle: float) -> tuple[float, ...]:
+    """Control points (45) of the paper's law for any range of the angle [rad].
 
-    Raises
-    ------
-    ModelError
-        If there are fewer than six points.
+    The three points at each end are exact. Those between them are as printed for the paper's range,
+    4.4 to 90 deg, and in proportion for another one, so that the law keeps its shape.
     """
-    require(len(points) >= 6, f"{len(points)} points cannot be pinned; give at least 6.")
-    return (start_angle,) * 3 + tuple(points[3:-3]) + (end_angle,) * 3
+    first, last = PAPER_RANGE
+    scale = (end_angle - start_angle) / (last - first)
+    between = (start_angle + scale * (point - first) for point in PAPER_POINTS[3:-3])
+    return (start_angle,) * 3 + tuple(between) + (end_angle,) * 3
 
 
 def derivative_points(points: Sequence[float], order: int) -> Array:

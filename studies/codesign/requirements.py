@@ -106,6 +106,14 @@ def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
     yield Requirement(
         "stowed height", "m", "design.stowed_height", height, "most", _room_of_the_sliders
     )
+    if truss.pulley_friction > 0.0:
+        angles = np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)
+
+        def bars(t: TrussParameters) -> Any:
+            return _bars_at_rest(with_symbols(t, pulley_friction=0.0), angles)
+
+        title = "largest force in a bar at rest, without pulley friction"
+        yield Requirement(title, "N", "truss", float(bars(truss)), "most", bars)
 
 
 def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
@@ -153,11 +161,7 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
         return left * ca.mmax(ca.vertcat(*(static_force(t, angle, "taut") for angle in angles)))
 
     def bars(t: TrussParameters) -> Any:
-        forces = (
-            bar_forces(t, angle, 0.0, 0.0, static_force(t, angle, "taut"), "taut")
-            for angle in angles
-        )
-        return left * ca.mmax(ca.vertcat(*(one for three in forces for one in three)))
+        return left * _bars_at_rest(t, angles)
 
     for title, key, cap, number in (
         ("rope force while it creeps", "force", caps.force, rope),
@@ -165,6 +169,15 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
     ):
         if cap is not None:
             yield Requirement(title, "N", f"caps.{key}", cap, "most", number, at_rest=True)
+
+
+def _bars_at_rest(truss: TrussParameters, angles: Array) -> Any:
+    """Largest compression in a bar [N] of a truss that rests at one of the angles, its net taut."""
+    forces = (
+        bar_forces(truss, angle, 0.0, 0.0, static_force(truss, angle, "taut"), "taut")
+        for angle in angles
+    )
+    return ca.mmax(ca.vertcat(*(one for three in forces for one in three)))
 
 
 def _holding_force(truss: TrussParameters) -> Any:

@@ -132,9 +132,13 @@ def _without_force_caps(study: TrussStudy) -> TrussStudy:
 
 
 def _with_bars(study: CodesignStudy, stated: BestMotion) -> CodesignStudy:
-    """The study with a cap on the bars: as stated, or what the stated design needs of them."""
+    """The study with a cap on the bars: as stated, or what the stated design needs of them.
+
+    With pulley friction the forces of a motion lack the shear: `requirements` keep the force
+    without friction.
+    """
     deployment = study.deployment
-    if deployment.caps.bar_force is not None:
+    if deployment.caps.bar_force is not None or deployment.truss.pulley_friction > 0.0:
         return study
     caps = dataclasses.replace(
         deployment.caps, bar_force=stated.deployment.values["peak-bar-force"]

@@ -69,10 +69,14 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
     bounds, remarks = _bounds_of_the_table(study, best)
     table = table_rows(study, laws, bounds)
 
-    verification = best.solution.verification
+    # a peak that is only limited by its concession has no value of its own in the solver
+    problem = best.solution.problem
+    minimised = set(problem.objective_symbols)
+    tight = {peak.name for peak in problem.peaks if peak in minimised}
     peaks = [
         f"{name}: {epigraph:.9g} in the solver, {dense:.9g} replayed between points"
-        for name, epigraph, dense in verification.peaks
+        for name, epigraph, dense in best.solution.verification.peaks
+        if name in tight
     ]
     margins = margins_of(best.deployment)
     return Result(

@@ -11,14 +11,13 @@ from typing import Literal
 import numpy as np
 
 from models.laws import (
-    PAPER_POINTS,
     Bezier,
     Law,
     Piecewise,
     Step5,
     constant_acceleration,
     constant_jerk,
-    pinned,
+    paper_points,
 )
 from studies.common.exit_codes import StudyError
 
@@ -71,10 +70,8 @@ def quintic(duration: float) -> Bezier:
 
 
 def bezier(duration: float) -> Bezier:
-    """The paper's nine points, rescaled to a unit turn with (45) kept exactly."""
-    first, last = PAPER_POINTS[0], PAPER_POINTS[-1]
-    points = [(point - first) / (last - first) for point in PAPER_POINTS]
-    return Bezier(duration, pinned(points, 0.0, 1.0))
+    """The paper's law for a unit turn."""
+    return Bezier(duration, paper_points(0.0, 1.0))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from models.laws import PAPER_POINTS, Bezier, pinned
+from models.laws import PAPER_POINTS, Bezier, paper_points
 from models.truss import DYNAMIC_SET, KINEMATIC_SET, node_motion
 from ocp.arrays import Array
 from studies.arm.stage import big_arm, small_arm
@@ -160,7 +160,7 @@ def best_bezier(T: float, grid: int = 4001) -> tuple[float, tuple[float, ...]]:
     """
     from scipy.optimize import linprog
 
-    ends = pinned(PAPER_POINTS, DYNAMIC_SET.stowed_angle, DEPLOYED)
+    ends = paper_points(DYNAMIC_SET.stowed_angle, DEPLOYED)
 
     def acceleration(*free: float) -> Array:
         law = Bezier(T, (*ends[:3], *free, *ends[6:]))

@@ -135,6 +135,8 @@ CAPPED: Mapping[str, str] = {
     "least-tension": "least_tension",
     "peak-factored-force": "factored_force",
 }
+# of forces in the bars with pulley friction, see `models.truss.bar_forces`
+NO_SHEAR = "without shear: links and bars may carry up to 4 times this"
 CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1
 
 # caps whose least value is looked for where no motion was found; the first that is stated. The
@@ -178,8 +180,11 @@ def check_stated(
     objectives: Iterable[str],
     drive: Drive | None,
     margin: MarginRequirements | None,
+    friction: float,
 ) -> None:
     """Refuse what needs a drive or margins, or more of them than is stated.
+
+    Forces in the bars are refused with pulley friction, whose shear the model leaves out.
 
     Raises
     ------
@@ -204,6 +209,11 @@ def check_stated(
             raise StudyError(
                 f"{words} needs the drive; add {needed} to [drive] of the study, or to the file "
                 "of --drive"
+            )
+        if quantity == "peak-bar-force" and friction > 0.0:
+            raise StudyError(
+                f"{words} needs a truss without pulley friction, but truss.pulley_friction is "
+                f"{friction:g}: {NO_SHEAR}; set it to 0, or leave {words} out"
             )
 
 

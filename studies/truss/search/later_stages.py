@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ocp import Lexicographic, Settings, Solution, solve_lexicographic
-from studies.common.console import Console
+from studies.common.console import Console, number
 from studies.truss.config import TrussStudy
 from studies.truss.problem import Statement
+from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.smoothness import first_price
 
 
@@ -53,3 +56,32 @@ def later_stages(
         elif level.error is not None and not found.interrupted:
             remarks.append(f"The stage '{label}' failed and was left out: {level.error}")
     return found, remarks
+
+
+def in_order(study: TrussStudy, found: Lexicographic) -> str:
+    """What the later objectives reached, and how much of each concession they used, in words."""
+    reached = [level for level in found.levels if level.solution is not None]
+    words = []
+    for place, level in enumerate(reached):
+        value = found.solution.value(level.objective, replayed=True)
+        title, unit = _named(study.minimise[place])
+        if place > 0:
+            words.append(f"then {title} {number(value, 6)} {unit}")
+        if place < len(reached) - 1:
+            assert level.value is not None
+            assert level.held is not None
+            used = max(value - level.value, 0.0) / (level.held - level.value)
+            words.append(
+                f"for the later objectives the {title} rises from {number(level.value, 6)} to "
+                f"{number(value, 6)} {unit}, {100 * used:.0f} % of its concession "
+                f"({100 * study.concession:g} %)"
+            )
+    return "; ".join(words[1:] + words[:1])
+
+
+def _named(stage: Mapping[str, float]) -> tuple[str, str]:
+    """Title and unit of a stage."""
+    if len(stage) == 1:
+        quantity = OBJECTIVES[next(iter(stage))]
+        return quantity.title, quantity.unit
+    return f"weighted sum of {' and '.join(stage)}", "1"

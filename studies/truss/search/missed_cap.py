@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from ocp import Interrupted, OcpError, Problem, Settings, Solution, Trial, audit
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.rounding import up
 from studies.truss.config import TrussStudy
 from studies.truss.limits.caps import CURVE, HARD, cap_on, without_cap
 from studies.truss.motions.starts import first_of_each_kind
@@ -23,6 +24,7 @@ from studies.truss.search.best_motion import BestMotion
 # Iterations after which the first start under a cap of `HARD` counts as hard, and the least of what
 # the cap is on is looked for before anything else: 3 to 5 s. Most motions take 100 to 220.
 SOON = 800
+_MORE_TIME = 3.0  # times the longest duration, up to which a motion under all caps is looked for
 CLEARLY = 1e-3  # relative, by which the least that was found has to be above a cap
 
 
@@ -75,12 +77,61 @@ class HardCap:
             return
         count = len(least.trials)
         raise CapsMissedError(
-            f"no motion was found: under the other caps {value:.6g} {unit} is the least found for "
+            f"no motion was found: under the other caps {up(value)} {unit} is the least found for "
             f"the {self.quantity.title} (local: best of {count} start{'s' * (count > 1)}), above "
             f"its cap of {self.value:g} {unit}; raise that cap to more than this, or loosen "
             f"another one{curve_in_words(study)}; this is no proof that there is none",
             ExitCode.NOT_SOLVED,
         )
+
+
+def hard_caps(study: TrussStudy) -> tuple[HardCap, ...]:
+    """All caps in `HARD` that a study has."""
+    caps = ((key, cap_on(study.caps, study.drive, key)) for key in HARD)
+    return tuple(HardCap(key, cap) for key, cap in caps if cap is not None)
+
+
+def together(
+    study: TrussStudy, least: Callable[[TrussStudy, str], float | None], seconds: float
+) -> CapsMissedError:
+    """Several caps that no motion was found to keep: each with its least, alone and beside others.
+
+    Parameters
+    ----------
+    least : callable
+        The least value found for a quantity in a study that minimises it; None if none was found.
+    seconds : float
+        That each search may take [s].
+    """
+    caps = hard_caps(study)
+    lines = ["cap: stated, least alone, least with the others"]
+    for cap in caps:
+        alone = cap.lifted(study, seconds)
+        for other in caps:
+            alone = without_cap(alone, other.key)
+        values = [least(case, cap.key) for case in (alone, cap.lifted(study, seconds))]
+        words = ", ".join("none found" if value is None else up(value) for value in values)
+        unit = cap.quantity.unit
+        lines.append(f"  {cap.quantity.title} [{unit}]: {cap.value:g}, {words}")
+
+    low, high = study.duration
+    patient = replace(study, minimise="time", duration=(low, _MORE_TIME * high))
+    options = replace(study.solver, starts=first_of_each_kind(study.solver.starts), seconds=seconds)
+    enough = least(replace(patient, solver=options), "time")
+    remedy = "raise a cap to more than its last number"
+    if enough is not None and enough > high:
+        remedy += f", or allow more than {high:g} s: a motion of {up(enough)} s keeps all of them"
+    return CapsMissedError(
+        "\n".join(
+            [
+                "no motion was found that keeps these caps together (this is no proof that there "
+                "is none)",
+                *lines,
+                f"{remedy}{curve_in_words(study)}",
+            ]
+        ),
+        ExitCode.NOT_SOLVED,
+    )
 
 
 def hard_cap(study: TrussStudy) -> HardCap | None:

@@ -14,6 +14,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.result import Verdict
+from studies.common.rounding import up
 from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
@@ -30,12 +31,15 @@ from studies.truss.motions.starts import (
 from studies.truss.problem import Statement, control_of, needs_forces, settings_of, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.best_motion import BestMotion, NoMotionError, first_motion
+from studies.truss.search.later_stages import in_order as in_order_in_words
 from studies.truss.search.later_stages import later_stages
 from studies.truss.search.missed_cap import (
     CapsMissedError,
     curve_in_words,
     hard_cap,
+    hard_caps,
     solved_soon,
+    together,
 )
 from studies.truss.search.relaxation import none_found, relaxation_in_words
 from studies.truss.search.smoothness import (
@@ -89,6 +93,7 @@ class Search:
         self.neighbour = neighbour  # motion of a like study, from which the first start begins
         self.console = console
         self.remarks: list[str] = []
+        self.in_order = ""  # what the later objectives reached
         self.interrupted = False
         self.kept: FinishedStarts | None = None  # where finished starts go to, and come from
         self._begin = clock.monotonic()
@@ -195,18 +200,40 @@ class Search:
             near = from_neighbour(self.neighbour, self.study)
             starts = {near.name: functools.partial(self._stated_from, near), **starts}
         try:
-            first, *_ = starts
-            soon = self._solved_soon(first, starts[first], len(starts))
-            if soon is not None and soon.error is not None:
-                self._check_the_least(soon)
-                soon = None
-            return self._best_of(self._audited(starts, soon))
+            return self._from_some(starts)
+        except CapsMissedError as missed:
+            # a search for a least value is part of the table itself
+            if self.enough is not None or len(hard_caps(self.study)) < 2:
+                raise
+            self.console.progress("no motion keeps the caps together: the least of each")
+            share = self._some_left() / (2 * len(hard_caps(self.study)) + 1)
+            raise together(self.study, self._least_of, share) from missed
         except Interrupted as stop:
             raise StudyError(STOPPED, ExitCode.INTERRUPTED) from stop
         except (OcpError, NoMotionError) as error:
             if self.interrupted:
                 raise StudyError(STOPPED, ExitCode.INTERRUPTED) from error
             return self._from_the_least_relaxation(names, error)
+
+    def _from_some(self, starts: Mapping[str, Callable[[], Problem]]) -> BestMotion:
+        """The best of some starts; CapsMissedError if the first finds none and a cap is missed."""
+        first, *_ = starts
+        soon = self._solved_soon(first, starts[first], len(starts))
+        if soon is not None and soon.error is not None:
+            self._check_the_least(soon)
+            soon = None
+        return self._best_of(self._audited(starts, soon))
+
+    def _least_of(self, study: TrussStudy, key: str) -> float | None:
+        """About the least value of a quantity that a study minimises; None if none is found."""
+        search = Search(study, self.console, enough=0.0)
+        try:
+            search.check()
+            return search.run().deployment.values[key]
+        except StudyError as error:
+            if error.exit_code is ExitCode.INTERRUPTED:
+                raise
+            return None
 
     def _solved_soon(self, name: str, start: Callable[[], Problem], count: int) -> Trial | None:
         """The first start, where a cap may be missed and little effort tells."""
@@ -360,6 +387,8 @@ class Search:
                 self.study, found, optimum.value, bound, distinct, late=self._left < 0.0
             )
 
+        if self.in_order:
+            verdict = replace(verdict, sentence=f"{verdict.sentence}; {self.in_order}")
         return BestMotion(
             deployment=deployment,
             solution=solution,
@@ -415,6 +444,7 @@ class Search:
             self.console,
         )
         self.remarks += remarks
+        self.in_order = in_order_in_words(self.study, found)
         self.interrupted = self.interrupted or found.interrupted
         return found.solution
 
@@ -433,7 +463,7 @@ class Search:
             value, name = least.deployment.values[hard.key], hard.quantity.title
             unit = hard.quantity.unit
             needed = (
-                f"under the other caps {value:.6g} {unit} is the least found for the {name} "
+                f"under the other caps {up(value)} {unit} is the least found for the {name} "
                 "(local): raise its cap to that, or loosen another one"
             )
             if value <= hard.value and not self.interrupted:
@@ -443,7 +473,7 @@ class Search:
                     return self._best_of(self._audited(again))
                 except (OcpError, NoMotionError):
                     needed = f"a motion with a {name} of {value:.6g} {unit} meets the caps"
-        elif hard is None:
+        elif hard is None and self.enough is None:
             self.console.progress("no motion was found: looking for the least relaxation")
             needed = relaxation_in_words(self._stated("bezier"), self.console.live) or needed
 
@@ -470,9 +500,8 @@ class Search:
             return found
         except (Interrupted, KeyboardInterrupt):
             self.interrupted = True
-        except CapsMissedError as missed:
-            sentence = f"without the cap on the {title}, too, {missed}"
-            raise CapsMissedError(sentence, missed.exit_code) from missed
+        except CapsMissedError:  # the other caps are missed by themselves
+            raise
         except StudyError as error:
             self.interrupted = error.exit_code is ExitCode.INTERRUPTED
         except OcpError:

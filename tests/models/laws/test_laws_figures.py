@@ -41,8 +41,22 @@ def test_printed_bezier():
 def test_printed_points_miss_the_ends():
     motion = BEZIER.motion([0.0, DURATION])
     assert motion.angle - [STOWED, OPEN] == pytest.approx([5.5e-6, 3.7e-6], abs=5e-8)
-    ends = laws.pinned(laws.PAPER_POINTS, STOWED, OPEN)
+    ends = laws.paper_points(STOWED, OPEN)
     assert list(laws.Bezier(DURATION, ends).motion([0.0, DURATION]).angle) == [STOWED, OPEN]
+    # between the ends the paper's own points, for the paper's range
+    assert ends[3:-3] == pytest.approx(laws.PAPER_POINTS[3:-3], rel=1e-15)
+
+
+@pytest.mark.parametrize("start", [4.4, 10, 20, 26, 30, 45, 66, 89])
+def test_the_paper_s_law_has_one_shape_for_every_range(start):
+    start = math.radians(start)
+    law = laws.Bezier(DURATION, laws.paper_points(start, OPEN))
+    found = laws.peaks(law)
+    stroke = OPEN - start
+    assert found.acceleration * DURATION**2 / stroke == pytest.approx(5.62, rel=1e-3)
+    assert found.jerk * DURATION**3 / stroke == pytest.approx(83.15, rel=1e-3)
+    # it never runs backwards
+    assert law.motion(np.linspace(0, DURATION, 501)).speed.min() >= -1e-12 * found.speed
 
 
 def test_best_bezier_of_degree_8_is_a_little_better_than_the_printed_one():

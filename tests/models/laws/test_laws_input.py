@@ -49,11 +49,6 @@ def test_bad_bezier_points(points):
         laws.Bezier(10.0, points)
 
 
-def test_too_few_points_to_pin():
-    with pytest.raises(ModelError, match="at least 6"):
-        laws.pinned((0.1, 0.2, 0.3), 0.0, 1.0)
-
-
 @pytest.mark.parametrize(
     ("edges", "jerks"),
     [

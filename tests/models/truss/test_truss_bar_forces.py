@@ -13,6 +13,7 @@ from models.truss import (
     slider_distance,
     static_force,
 )
+from tests.models.truss.ring_statics import of_all_joints
 
 ANGLES = np.radians([6.0, 30.0, 60.0, 79.0, 81.0, 84.5, 88.0])
 
@@ -28,6 +29,86 @@ def test_moments_of_half_a_cross_bar_balance_about_the_bar_end(alpha: float) -> 
     of_link = forces[0] * truss.crank * float(slider_distance(truss, alpha)) / truss.link
     of_ring = truss.half_cross_bar * math.cos(alpha) / math.sin(alpha) * push
     assert of_link == pytest.approx(of_ring, rel=1e-10, abs=1e-12)  # rounding
+
+
+def rods(alpha, tension, lengths, at=DYNAMIC_SET, net_radius=None):
+    """Potential of springs, net and ropes for any lengths of crank, half cross-bar and link [J]."""
+    crank, half, link = lengths
+    n, sine = at.modules, np.sin(alpha)
+    slider = crank * np.cos(alpha) + np.sqrt(link**2 - crank**2 * sine**2)
+    radius = half * sine / math.sin(math.pi / n)
+    springs = n * at.spring_stiffness * (at.spring_free_length - slider) ** 2
+    net = n * at.net_stiffness * (radius - net_radius) ** 2
+    return springs + net + 4 * n * tension * (slider + half)
+
+
+def by_virtual_work(truss, alpha):
+    """Tension at rest, and compression of link, outer and inner cross-bar: dPi / dlength.
+
+    Derivatives by complex steps, which round nothing; the tension makes that by alpha vanish.
+    """
+    lengths = np.array([truss.crank, truss.half_cross_bar, truss.link])
+    radius = truss.half_cross_bar * math.sin(truss.net_angle) / math.sin(math.pi / truss.modules)
+
+    def slope(tension, by):
+        step = 1e-30
+        moved = lengths + (1j * step * np.eye(3)[by] if by >= 0 else 0)
+        angle = alpha + (1j * step if by < 0 else 0)
+        return rods(angle, tension, moved, truss, radius).imag / step
+
+    held, one = slope(0.0, -1), slope(1.0, -1)
+    tension = held / (held - one)
+    by_crank, by_half, by_link = (slope(tension, k) / (4 * truss.modules) for k in range(3))
+    return tension, (by_link, by_half, by_crank + by_half)
+
+
+def drawn(seed):
+    """A truss and an angle at which link, spring and net all act."""
+    draw = np.random.default_rng(seed)
+    crank = draw.uniform(0.06, 0.14)
+    truss = dataclasses.replace(
+        DYNAMIC_SET,
+        modules=int(draw.integers(6, 40)),
+        bar_length=draw.uniform(0.9, 1.4),
+        half_cross_bar=draw.uniform(0.3, 0.44),
+        crank=crank,
+        link=crank * draw.uniform(1.2, 2.0),
+        spring_stiffness=draw.uniform(20, 400),
+        spring_free_length=draw.uniform(0.43, 0.5),
+        net_stiffness=draw.uniform(50, 500),
+        net_angle=math.radians(draw.uniform(60, 80)),
+    )
+    return truss, draw.uniform(truss.net_angle + 0.02, math.radians(89.5))
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_forces_are_those_of_virtual_work(seed: int) -> None:
+    truss, alpha = drawn(seed)
+    tension, expected = by_virtual_work(truss, alpha)
+    assert float(static_force(truss, alpha)) == pytest.approx(tension, rel=1e-9)
+    found = [float(force) for force in bar_forces(truss, alpha, 0.0, 0.0, tension)]
+    assert found == pytest.approx(list(expected), rel=1e-8, abs=1e-8 * tension)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "link", "outer", "inner"),
+    [(82, 10.81, 31.07, 25.13), (84.34, 14.93, 47.18, 38.43), (88, 7.87, 53.60, 48.56)],
+)
+def test_forces_of_the_dynamic_set_at_rest(degrees, link, outer, inner) -> None:
+    """To all digits of an independent derivation by statics."""
+    alpha = math.radians(degrees)
+    force = static_force(DYNAMIC_SET, alpha)
+    found = [float(one) for one in bar_forces(DYNAMIC_SET, alpha, 0.0, 0.0, force)]
+    assert found == pytest.approx([link, outer, inner], abs=0.005)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_forces_are_those_of_all_joints_of_all_modules(seed: int) -> None:
+    truss, alpha = drawn(seed)
+    tension = float(static_force(truss, alpha))
+    found = [float(force) for force in bar_forces(truss, alpha, 0.0, 0.0, tension)]
+    for forces in of_all_joints(truss, alpha, tension):
+        assert forces == pytest.approx(found, rel=1e-8, abs=1e-8 * tension)
 
 
 def test_links_carry_nothing_where_springs_and_ropes_balance() -> None:

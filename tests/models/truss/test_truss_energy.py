@@ -11,7 +11,7 @@ from models import laws, truss
 
 DURATION = 140.0
 STOWED = truss.DYNAMIC_SET.stowed_angle
-LAW = laws.Bezier(DURATION, laws.pinned(laws.PAPER_POINTS, STOWED, math.pi / 2))
+LAW = laws.Bezier(DURATION, laws.paper_points(STOWED, math.pi / 2))
 TIMES = np.linspace(0, DURATION, 22)[1:]  # twenty inside and the end
 
 
