@@ -318,6 +318,7 @@ def test_a_phase_with_fewer_equations_than_algebraic_signals_is_not_simulated():
     assert simulated_guesses(problem, parameters, stated, sizes, 2, random) == []
 
 
+@pytest.mark.slow
 def test_a_pendulum_with_the_force_of_its_rod_as_an_equation_is_swung_up():
     # the bearing's friction grows with that force; by substitution the same problem has no equation
     q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2", lower=-2, upper=2)

@@ -149,6 +149,7 @@ def test_two_switches_just_behind_breakpoints_are_found(after):
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_a_switch_that_was_missed_is_moved():
     # nine per cent were lost, with a promised gain of 7e-6
     found = solve(wait(), settings=Settings(iterations=2000))
@@ -235,7 +236,7 @@ def test_a_switch_does_not_take_the_place_of_a_known_time():
     assert "other controls promise" in found.verdict
 
 
-@pytest.mark.parametrize("intervals", [8, 40])
+@pytest.mark.parametrize("intervals", [8, pytest.param(40, marks=pytest.mark.slow)])
 def test_a_switch_goes_on_through_several_intervals(intervals):
     # Two valleys, and stiff: the switch began up to 330 s too early, where breakpoints were held
     # still or passed one narrow interval a round. In the last 10 s the blend is to fall, too, by
@@ -246,6 +247,7 @@ def test_a_switch_goes_on_through_several_intervals(intervals):
     assert found.objective == pytest.approx(in_two_phases, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_switch_that_is_held_at_a_wrong_time_is_said():
     held = AdaptiveMesh(move_breakpoints=False)
     found = solve(catalyst(), settings=Settings(intervals=18, refinement=held))

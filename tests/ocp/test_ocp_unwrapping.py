@@ -160,6 +160,6 @@ def test_a_mesh_of_one_point_an_interval_has_no_turns_to_look_at():
     q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2")
     swing = Phase("swing", {q: w, w: u - 9.81 * ca.sin(q)}, {q: 0, w: 0}, {q: np.pi, w: 0}, end=6.0)
     problem = Problem("pendulum", swing, minimise=swing.integral(u**2))
-    coarse = AdaptiveMesh(rounds=4)
+    coarse = AdaptiveMesh(rounds=3)
     settings = Settings(scheme=Radau(1), intervals=2, verify=False, refinement=coarse)
     assert len(solve(problem, settings=settings).mesh_iterations) >= 3

@@ -234,6 +234,7 @@ def solved(duration: float, **keys):
     return run(dataclasses.replace(study, solver=solver))
 
 
+@pytest.mark.slow
 def test_in_a_slow_motion_no_law_matters_and_the_bound_says_so() -> None:
     result = solved(140.0, available=80.0)
     needs = next(row for row in result.table if row.key == "peak-factored-force").values

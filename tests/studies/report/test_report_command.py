@@ -19,6 +19,7 @@ def said(capsys):
     return capsys.readouterr().err.strip().splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_a_folder_becomes_page_figures_and_film(folder, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(pictures, "FRAMES", 4)
     monkeypatch.setattr(pictures, "HOLD", 1)
