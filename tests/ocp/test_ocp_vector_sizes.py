@@ -120,7 +120,7 @@ def test_units_and_scales_do_not_matter():
     thrust = [Control(name, "m/s^2", lower=-far, upper=far) for name in ("a", "b")]
     phase = move(thrust=thrust, end=120.0, most=most)
     cost = 1e3 * phase.integral(ca.norm_2(vector(thrust)))
-    found = solve(Problem("least", phase, minimise=cost), settings=COARSE)
+    found = solve(Problem("least", phase, minimise=cost), settings=Settings(intervals=12))
     assert found.objective == pytest.approx(1e3 * line(2, 120.0, most), rel=1e-6)
     assert certify(found).passed
 
