@@ -220,7 +220,7 @@ def test_every_script_is_checked_and_in_the_gallery() -> None:
     assert set((EXAMPLES / "ORDER.txt").read_text("utf-8").split()) == scripts
 
 
-LONG = {"truss_force"}
+LONG = {"relaxed_limits", "truss_force"}
 
 
 @pytest.mark.parametrize(

@@ -163,6 +163,7 @@ def test_a_step_at_a_time_that_varies_is_not_passed_over():
     assert found.objectives == pytest.approx(1 / (4 - 3 * values), rel=2e-5)
 
 
+@pytest.mark.slow
 def test_members_see_a_gust_between_the_points_of_a_neighbour():
     """It changes the speed by 0.5 m/s in next to no time, at a time that varies."""
     at = Constant("at", "s", 0.4321)

@@ -279,6 +279,7 @@ def test_simulated_guesses_go_on_in_the_next_phase_where_the_one_before_ended():
             assert begin[name] == pytest.approx(end[name], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_what_is_out_of_reach_stays_so_and_is_called_unproven():
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
     phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 2}, end=1.0)
