@@ -38,7 +38,8 @@ def squared_path():
     return Problem("path", move, minimise=move.integral(u**2 + 5 * other**2))
 
 
-@pytest.mark.parametrize("problem", [cubed_end, pytest.param(squared_path, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", [cubed_end, squared_path])
 def test_what_has_no_slope_is_named(problem):
     with pytest.raises((NumericalTrouble, IterationLimit), match="'goal' has no slope where it is"):
         solve(problem(), settings=Settings(intervals=10))

@@ -236,7 +236,8 @@ def test_a_switch_does_not_take_the_place_of_a_known_time():
     assert "other controls promise" in found.verdict
 
 
-@pytest.mark.parametrize("intervals", [8, pytest.param(40, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("intervals", [8, 40])
 def test_a_switch_goes_on_through_several_intervals(intervals):
     # Two valleys, and stiff: the switch began up to 330 s too early, where breakpoints were held
     # still or passed one narrow interval a round. In the last 10 s the blend is to fall, too, by
@@ -263,6 +264,7 @@ def test_no_breakpoint_becomes_movable_without_a_switch_on_it():
     assert with_movable_switches(found.iterate) is None
 
 
+@pytest.mark.slow
 def test_a_switch_that_gains_nothing_elsewhere_is_not_told():
     """A drive whose energy has a tariff, 1.375134 from 20, 33 and 60 intervals."""
     x, v, f = State("x", "m"), State("v", "m/s"), Control("f", "N", lower=-3, upper=3)

@@ -278,6 +278,7 @@ def test_a_budget_of_fuel():
     assert certify(generous).passed
 
 
+@pytest.mark.slow
 def test_less_energy_at_the_cost_of_more_heat():
     phase = move()
     energy, heat = phase.integral(ca.fmax(0, u * v)), phase.integral(u**2)

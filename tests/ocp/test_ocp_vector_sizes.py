@@ -93,6 +93,7 @@ def test_a_thruster_coasts_on_its_way_along_a_line():
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_three_components():
     found = solve(least(ca.norm_2(vector(thrusts)), thrust=thrusts), settings=COARSE)
     assert found.objective == pytest.approx(line(3), rel=1e-6)
@@ -114,6 +115,7 @@ def test_a_thrust_that_turns(speed, expected):
     assert np.all(above >= sizes - 1e-6)
 
 
+@pytest.mark.slow
 def test_units_and_scales_do_not_matter():
     """Millinewtons per kilogramme, and an hour."""
     most, far = 1e-3, Constant("most", "m/s^2", value=1e-3)
@@ -195,6 +197,7 @@ def test_a_budget_of_fuel():
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_no_fuel_at_all():
     phase = move()
     rest = Phase("rest", phase.dynamics, phase.initial, phase.initial, end=3.0, bounds=phase.bounds)
@@ -223,6 +226,7 @@ def test_limits_far_above_what_is_used_are_refused_and_a_scale_is_not():
     assert certify(stated).passed
 
 
+@pytest.mark.slow
 def test_a_file_has_it_too(tmp_path):
     problem = least(size)
     save(solve(problem, settings=COARSE), tmp_path / "least.ocp")

@@ -207,6 +207,7 @@ def test_a_study_with_margins_comes_back_from_its_file(tmp_path: Path, capsys) -
     assert "needs the margins; state [margin]" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_profile_of_ones_own_is_held_against_the_margins(tmp_path: Path, capsys) -> None:
     law, _ = paper_laws(TRUSS, 140.0)
     time = np.linspace(0.0, 140.0, 701)
