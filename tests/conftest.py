@@ -2,6 +2,9 @@
 
 import os
 
+# Before NumPy is loaded: each worker of pytest has a processor of its own.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from hypothesis import settings
 
 os.environ.setdefault("MPLBACKEND", "Agg")

@@ -4,8 +4,9 @@ Each script of `docs/figures` draws a picture of the explanations. Each script o
 run, and becomes a page of the gallery with its code and picture.
 
 A script is what a user would write. Its docstring (title, then text in MyST) opens the page, what
-it prints and the picture `NAME.png` that it saves close it. A script that fails fails the build.
-Runs are kept until the script or the code it uses changes.
+it prints and the picture `NAME.png` that it saves close it. Runs are kept until the script or the
+code it uses changes. A script that fails is named in a warning and on its page, and the rest of the
+site is built: with `-W --keep-going` Sphinx fails at the end.
 """
 
 import ast
@@ -19,7 +20,9 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
+from sphinx.util.logging import getLogger
 
+log = getLogger(__name__)
 PACKAGES = ("ocp", "models", "studies")
 SOURCES = (".py", ".js", ".css", ".toml")
 SECONDS = 300  # for one script; the longest takes some seconds
@@ -44,7 +47,10 @@ class Example:
 def read_example(path: Path) -> Example:
     """Split a script into title, text and code."""
     source = path.read_text("utf-8")
-    tree = ast.parse(source)
+    try:
+        tree = ast.parse(source)
+    except SyntaxError:  # it fails when it is run, and its page says so
+        return Example(path, path.stem, "", source)
     docstring = ast.get_docstring(tree)
     if not docstring:
         raise ExtensionError(f"the example {path.name} has no docstring; give it title and text")
@@ -64,42 +70,56 @@ def example_paths(folder: Path) -> list[Path]:
     return [folder / f"{name}.py" for name in names]
 
 
-def run(script: Path, folder: Path, code: str) -> None:
-    """Run a script in `folder` unless what it left there is up to date."""
+def run(script: Path, folder: Path, code: str) -> str:
+    """Run a script in `folder` unless its files are up to date; return why it failed, or ""."""
     name = script.stem
-    stamp = folder / f"{name}.stamp"
+    stamp, picture = folder / f"{name}.stamp", folder / f"{name}.png"
     wanted = f"{code} {hashlib.sha256(script.read_bytes()).hexdigest()}"
     if stamp.exists() and stamp.read_text("utf-8") == wanted:
-        return
+        return ""
 
+    # nothing of an earlier run stands for this one
+    for old in (stamp, picture):
+        old.unlink(missing_ok=True)
     root = script.parents[2]
     environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": str(root)}
-    done = subprocess.run(
-        [sys.executable, "-W", "error", str(script)],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=SECONDS,
-        check=False,
-    )
-    picture = folder / f"{name}.png"
-    if done.returncode != 0 or not picture.exists():
-        raise ExtensionError(f"the script {script.name} failed:\n{done.stderr[-2000:]}")
+    try:
+        done = subprocess.run(
+            [sys.executable, "-W", "error", str(script)],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            check=True,
+        )
+    except subprocess.TimeoutExpired:
+        return f"it takes more than {SECONDS} s"
+    except subprocess.CalledProcessError as error:
+        return str(error.stderr)[-2000:]
+    if not picture.exists():
+        return f"it saves no picture {picture.name}"
     (folder / f"{name}.txt").write_text(done.stdout, "utf-8")
     stamp.write_text(wanted, "utf-8")
+    return ""
 
 
-def page(example: Example) -> str:
+def page(example: Example, failed: bool) -> str:
     """The page of an example in MyST."""
+    picture = [f"![Plot of the example {example.name}]({example.name}.png)\n"]
+    printed = [
+        "It prints:\n",
+        f"```{{literalinclude}} {example.name}.txt\n:language: text\n```\n",
+    ]
+    if failed:
+        picture, printed = ["**The script failed when this site was built.**\n"], []
     return "\n".join(
         [
             f"# {example.title}\n",
             f"{example.text}\n",
-            f"![Plot of the example {example.name}]({example.name}.png)\n",
+            *picture,
             f"```{{literalinclude}} {example.name}.code\n:language: python\n```\n",
-            "It prints:\n",
-            f"```{{literalinclude}} {example.name}.txt\n:language: text\n```\n",
+            *printed,
             f"The script is [docs/examples/{example.path.name}]"
             f"(../../examples/{example.path.name}). "
             "A test runs it and compares its numbers with their source.\n",
@@ -107,10 +127,12 @@ def page(example: Example) -> str:
     )
 
 
-def index(examples: list[Example]) -> str:
-    """The opening page: every picture with its title."""
+def index(examples: list[Example], failed: set[str]) -> str:
+    """The opening page: every picture with its title; no picture of a script that failed."""
     cards = [
-        f"- [![{example.title}]({example.name}.png)]({example.name}.md)\n"
+        f"- [{example.title}]({example.name}.md) (failed)"
+        if example.name in failed
+        else f"- [![{example.title}]({example.name}.png)]({example.name}.md)\n"
         f"  [{example.title}]({example.name}.md)"
         for example in examples
     ]
@@ -145,20 +167,22 @@ def _build(app: Sphinx) -> None:
     }
     code = fingerprint(source.parent)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        jobs = []
+        jobs = {}
         for folder, paths in scripts.items():
             target = source / "generated" / folder
             target.mkdir(parents=True, exist_ok=True)
-            jobs += [pool.submit(run, path, target, code) for path in paths]
-        for job in jobs:
-            job.result()
+            jobs |= {path: pool.submit(run, path, target, code) for path in paths}
+    failures = {path: job.result() for path, job in jobs.items() if job.result()}
+    for path, failure in failures.items():
+        log.warning("the script %s failed:\n%s", path.name, failure)
 
     target = source / "generated" / "examples"
     examples = [read_example(path) for path in scripts["examples"]]
+    failed = {path.stem for path in failures}
     for example in examples:
         write_if_new(target / f"{example.name}.code", example.code + "\n")
-        write_if_new(target / f"{example.name}.md", page(example))
-    write_if_new(target / "index.md", index(examples))
+        write_if_new(target / f"{example.name}.md", page(example, example.name in failed))
+    write_if_new(target / "index.md", index(examples, failed))
 
 
 def write_if_new(path: Path, text: str) -> None:

@@ -1,7 +1,8 @@
 """Reports of example studies: `antenna-ocp report --gallery`, run when the site is built.
 
 Its pages are copied into the site as they are: each is one file that asks nothing of a network.
-They are kept until the code changes.
+They are kept until the code changes. If a study fails, a warning names it, and the page shows those
+before it.
 """
 
 import html
@@ -12,12 +13,13 @@ import sys
 from pathlib import Path
 
 from sphinx.application import Sphinx
-from sphinx.errors import ExtensionError
+from sphinx.util.logging import getLogger
 
 from extensions.gallery import fingerprint, write_if_new
 from studies.report.command import PAGE
 from studies.report.gallery import ENTRIES, PICTURE, GalleryEntry
 
+log = getLogger(__name__)
 FOLDER = Path("generated", "reports")  # of the page, in the source and in the site
 RESULTS = "results"  # of the studies, below it
 SECONDS = 600  # on a busy machine; some thirty on an idle one
@@ -38,8 +40,14 @@ def solve(root: Path, folder: Path, wanted: str) -> None:
         check=False,
     )
     if done.returncode != 0:
-        raise ExtensionError(f"the gallery of reports failed:\n{done.stderr[-2000:]}")
+        log.warning("the gallery of reports failed:\n%s", done.stderr[-2000:])
+        return
     stamp.write_text(wanted, "utf-8")
+
+
+def drawn(folder: Path) -> tuple[GalleryEntry, ...]:
+    """The studies of the gallery in `folder` that are solved and drawn."""
+    return tuple(entry for entry in ENTRIES if (folder / entry.name / PICTURE).exists())
 
 
 def page(entries: tuple[GalleryEntry, ...], verdicts: dict[str, str]) -> str:
@@ -82,15 +90,16 @@ def _build(app: Sphinx) -> None:
     folder = source / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
     solve(source.parent, folder / RESULTS, fingerprint(source.parent))
-    verdicts = {entry.name: _verdict(folder / RESULTS / entry.name) for entry in ENTRIES}
-    write_if_new(folder / "index.md", page(ENTRIES, verdicts))
+    entries = drawn(folder / RESULTS)
+    verdicts = {entry.name: _verdict(folder / RESULTS / entry.name) for entry in entries}
+    write_if_new(folder / "index.md", page(entries, verdicts))
 
 
 def _copy(app: Sphinx, failure: Exception | None) -> None:
     """Put the reports and their pictures beside the page that shows them."""
     if failure is not None or app.builder.format != "html":
         return
-    for entry in ENTRIES:
+    for entry in drawn(Path(app.srcdir) / FOLDER / RESULTS):
         target = Path(app.outdir) / FOLDER / entry.name
         target.mkdir(parents=True, exist_ok=True)
         for name in (PAGE, PICTURE):

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.errors import FamilyStopped, Interrupted, SolveFailed, StatementError
+from ocp.errors import BudgetSpent, FamilyStopped, Interrupted, SolveFailed, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
@@ -203,8 +203,9 @@ def family(
 
     The first value is solved and refined. Every further one starts from the primal and dual
     variables of the one before, on few intervals whose breakpoints move, or on a mesh that stays if
-    the settings say so. Where this fails, or where an expression steps or changes for a short
-    while at a time that no breakpoint marks, a member is refined on a mesh of its own.
+    the settings say so. If this fails, or if an expression steps or changes for a short while at a
+    time that no breakpoint marks, a member is refined on a mesh of its own: from the mesh of the
+    one before, and from a fresh one if that fails too.
 
     Members are what their meshes give. `Family.solution` refines and verifies one of them,
     `Family.solutions` all.
@@ -340,7 +341,7 @@ class _Walk:
             program = meshes.first_program(found.iterate, mesh)
             found = self._solved(meshes, program, found.iterate)
             iterations += found.iterations if found else 0
-        return self._alone(meshes, last.trajectory, last.iterate.mesh)
+        return self._beside(last, meshes)
 
     def _solved(
         self, meshes: MeshSolver, program: Transcription, start: StartingPoint | Iterate
@@ -390,6 +391,18 @@ class _Walk:
         found = refine(meshes, start, mesh, meshes.settings.accuracy, rounds)
         iterate, iterations = found.best.iterate, iterations_of(found.rounds)
         return self._followable(iterate, meshes.parameters, iterations, moves=not found.sighted)
+
+    def _beside(self, last: Member, meshes: MeshSolver) -> Member:
+        """A member to which the breakpoints of another one did not move.
+
+        It is refined from these, and from a fresh mesh if they leave it no motion.
+        """
+        try:
+            return self._alone(meshes, last.trajectory, last.iterate.mesh)
+        except SolveFailed as error:
+            if isinstance(error, BudgetSpent) or not meshes.settings.refinement.adapts:
+                raise
+            return self._alone(meshes, last.trajectory, self._first_mesh(last.trajectory))
 
     def _followable(
         self, iterate: Iterate, parameters: Parameters, iterations: int, *, moves: bool = True

@@ -148,7 +148,8 @@ class Ipopt:
     seconds : float
         Of one run [s].
     linear_solver : str
-        MUMPS is always there. An HSL routine (ma27 to ma97) or pardiso needs its library.
+        MUMPS is always there. An HSL routine (ma27 to ma97) or pardiso needs its library. Its
+        dense blocks get one thread, or as many as OPENBLAS_NUM_THREADS of the environment says.
     barrier : str
         How the barrier goes down, "adaptive" or "monotone".
     line_search : str

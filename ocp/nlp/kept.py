@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.nlp.blas_threads import keep_to_one_thread
 from ocp.nlp.watch import Watch
 from ocp.transcription.kernels import Program
 
@@ -49,6 +50,7 @@ class KeptSolver:
     @classmethod
     def of(cls, program: Program, options: Mapping[str, Any]) -> KeptSolver:
         """A new one."""
+        keep_to_one_thread()
         watch = Watch(program.variables, program.rows, program.constants)
         functions = {
             "grad_f": program.objective_gradient,

@@ -220,7 +220,12 @@ def test_every_script_is_checked_and_in_the_gallery() -> None:
     assert set((EXAMPLES / "ORDER.txt").read_text("utf-8").split()) == scripts
 
 
-@pytest.mark.parametrize("name", CHECKS)
+LONG = {"relaxed_limits", "truss_force"}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in LONG)) for n in CHECKS]
+)
 def test_example(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     CHECKS[name](runpy.run_path(str(EXAMPLES / f"{name}.py")))

@@ -59,6 +59,7 @@ def test_controls_that_share_a_demand_are_tried_together() -> None:
     assert refused(found)
 
 
+@pytest.mark.slow
 def test_a_demand_that_may_be_exceeded_is_kept() -> None:
     found = driven(Bound("demand", ENGINE + BATTERY, lower=1), BATTERY)
     assert found.objective == pytest.approx(1.3, rel=1e-3)  # and 1.1 by turns
@@ -107,7 +108,9 @@ def test_a_cost_above_a_curve_of_the_control_follows_it_into_other_valleys() -> 
     assert refused(found)
 
 
-@pytest.mark.parametrize(("guessed", "best"), [(-1.0, False), (1.0, True)])
+@pytest.mark.parametrize(
+    ("guessed", "best"), [(-1.0, False), pytest.param(1.0, True, marks=pytest.mark.slow)]
+)
 def test_a_curve_that_depends_on_a_state_has_valleys_too(guessed: float, best: bool) -> None:
     u, cost = Control("u", lower=-2, upper=3), Control("cost", lower=0, upper=20)
     curve = Bound("curve", cost - (u**2 - 1) ** 2 - 0.2 * (1 - u) - 0.1 * x, lower=0)

@@ -17,6 +17,7 @@ from ocp import (
     Family,
     FamilyStopped,
     FixedMesh,
+    Infeasible,
     Interrupted,
     Ipopt,
     Phase,
@@ -28,6 +29,7 @@ from ocp import (
     solve,
 )
 from ocp.refinement.policies.moving_mesh import KeptWhileGood
+from ocp.refinement.refine import refine
 from tests.ocp.drive_and_brake import STRONGEST, least_time, race
 
 FEW = Settings(intervals=8)
@@ -85,6 +87,31 @@ def test_a_member_that_is_not_found_is_named_and_those_before_it_are_kept() -> N
     assert kept.solution(1).objective == pytest.approx(least_time(1.01), rel=1e-6)
 
 
+def test_a_member_that_fails_on_the_mesh_of_its_neighbour_has_a_fresh_one(monkeypatch) -> None:
+    """By rounding alone, breakpoints that moved may leave a member no motion."""
+    tried = []
+
+    def refined(meshes, start, mesh, accuracy, rounds=()):
+        tried.append(mesh)
+        if start is motion and mesh is moved:
+            raise Infeasible("no motion")
+        return refine(meshes, start, mesh, accuracy, rounds)
+
+    alone = family(race(), STRONGEST, [1.0], settings=FEW).members[0]
+    motion, moved = alone.trajectory, alone.iterate.mesh
+    monkeypatch.setattr("ocp.analysis.family._Walk.first", lambda walk, solution: alone)
+    monkeypatch.setattr("ocp.analysis.family._Walk._solved", lambda walk, *mesh_and_start: None)
+    monkeypatch.setattr("ocp.analysis.family.refine", refined)
+
+    found = family(race(), STRONGEST, [1.0, 1.5], settings=FEW)
+    assert found.objectives[1] == pytest.approx(least_time(1.5), rel=1e-5)
+    assert tried[0] is moved
+    with pytest.raises(FamilyStopped, match="no motion"):
+        family(
+            race(), STRONGEST, [1.0, 1.5], settings=dataclasses.replace(FEW, refinement=FixedMesh())
+        )
+
+
 @pytest.mark.parametrize("values", [[], [1.0, math.nan]])
 def test_a_family_needs_values(values: list[float]) -> None:
     with pytest.raises(StatementError, match=r"family in 'strongest' has the values .* give one"):
@@ -136,6 +163,7 @@ def test_a_step_at_a_time_that_varies_is_not_passed_over():
     assert found.objectives == pytest.approx(1 / (4 - 3 * values), rel=2e-5)
 
 
+@pytest.mark.slow
 def test_members_see_a_gust_between_the_points_of_a_neighbour():
     """It changes the speed by 0.5 m/s in next to no time, at a time that varies."""
     at = Constant("at", "s", 0.4321)

@@ -48,6 +48,7 @@ def test_a_motion_that_only_its_size_allows_is_refused(origin):
     assert told.value.iterate.objective == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_curved_dynamics_are_refused_as_well():
     with pytest.raises(Unverified, match="measure 'x' from a nearer origin"):
         solve(moved(1e8, slope=1.0))

@@ -279,6 +279,7 @@ def test_simulated_guesses_go_on_in_the_next_phase_where_the_one_before_ended():
             assert begin[name] == pytest.approx(end[name], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_what_is_out_of_reach_stays_so_and_is_called_unproven():
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
     phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 2}, end=1.0)
@@ -318,6 +319,7 @@ def test_a_phase_with_fewer_equations_than_algebraic_signals_is_not_simulated():
     assert simulated_guesses(problem, parameters, stated, sizes, 2, random) == []
 
 
+@pytest.mark.slow
 def test_a_pendulum_with_the_force_of_its_rod_as_an_equation_is_swung_up():
     # the bearing's friction grows with that force; by substitution the same problem has no equation
     q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2", lower=-2, upper=2)

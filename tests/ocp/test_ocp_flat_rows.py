@@ -38,6 +38,7 @@ def squared_path():
     return Problem("path", move, minimise=move.integral(u**2 + 5 * other**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", [cubed_end, squared_path])
 def test_what_has_no_slope_is_named(problem):
     with pytest.raises((NumericalTrouble, IterationLimit), match="'goal' has no slope where it is"):

@@ -23,6 +23,7 @@ def rocket(**limits):
     return Problem("rocket", phase, maximise=phase.at_end(X))
 
 
+@pytest.mark.slow
 def test_a_thrust_without_a_limit_is_named_with_the_remedy() -> None:
     with pytest.raises(NumericalTrouble, match=r"give it a limit, as in Control\('thrust', upper"):
         solve(rocket())

@@ -82,6 +82,7 @@ def test_the_least_effort_is_found_and_weak_phases_take_no_time(strengths, lates
     assert ends == pytest.approx(meetings, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_an_audit_draws_the_meetings() -> None:
     found = audit(metre((0.5, 1.0), 5.0), starts=6)
     assert found.best.objective == pytest.approx(12.0, rel=1e-8)

@@ -213,6 +213,7 @@ def test_a_drag_beside_a_gust_does_not_hide_it(mass):
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_a_family_along_which_the_gust_moves():
     at, w = Constant("at", "s", value=0.3), Unknown("w", "m/s", lower=-10, upper=10)
     problem = move(w * gust(at, 5e-4), beyond=5e-2 * w**2)

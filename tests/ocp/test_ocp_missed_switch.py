@@ -149,6 +149,7 @@ def test_two_switches_just_behind_breakpoints_are_found(after):
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_a_switch_that_was_missed_is_moved():
     # nine per cent were lost, with a promised gain of 7e-6
     found = solve(wait(), settings=Settings(iterations=2000))
@@ -235,6 +236,7 @@ def test_a_switch_does_not_take_the_place_of_a_known_time():
     assert "other controls promise" in found.verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("intervals", [8, 40])
 def test_a_switch_goes_on_through_several_intervals(intervals):
     # Two valleys, and stiff: the switch began up to 330 s too early, where breakpoints were held
@@ -246,6 +248,7 @@ def test_a_switch_goes_on_through_several_intervals(intervals):
     assert found.objective == pytest.approx(in_two_phases, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_switch_that_is_held_at_a_wrong_time_is_said():
     held = AdaptiveMesh(move_breakpoints=False)
     found = solve(catalyst(), settings=Settings(intervals=18, refinement=held))
@@ -261,6 +264,7 @@ def test_no_breakpoint_becomes_movable_without_a_switch_on_it():
     assert with_movable_switches(found.iterate) is None
 
 
+@pytest.mark.slow
 def test_a_switch_that_gains_nothing_elsewhere_is_not_told():
     """A drive whose energy has a tariff, 1.375134 from 20, 33 and 60 intervals."""
     x, v, f = State("x", "m"), State("v", "m/s"), Control("f", "N", lower=-3, upper=3)

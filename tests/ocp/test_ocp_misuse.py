@@ -312,6 +312,7 @@ def test_only_solutions_are_saved(tmp_path):
         save(task(drive()), tmp_path / "task")
 
 
+@pytest.mark.slow
 def test_an_end_out_of_reach_names_what_is_off():
     with pytest.raises(Infeasible, match=r"'position' in phase 'drive'.*ocp.relaxed"):
         solve(task(drive(final={x: 10, v: 0})))

@@ -57,7 +57,9 @@ def least_time(share, rate, way):
     return fsolve(missed, [np.sqrt(way), 2 * np.sqrt(way)], xtol=1e-12)[1]
 
 
-@pytest.mark.parametrize(("share", "rate", "way"), [(0.5, 3.0, 3.0), (0.8, 6.0, 4.0)])
+@pytest.mark.parametrize(
+    ("share", "rate", "way"), [(0.5, 3.0, 3.0), pytest.param(0.8, 6.0, 4.0, marks=pytest.mark.slow)]
+)
 def test_a_control_follows_a_limit_that_waves(share, rate, way) -> None:
     found = solve(dash(share, rate, way))
     assert found.objective == pytest.approx(least_time(share, rate, way), rel=2e-6)

@@ -278,6 +278,7 @@ def test_a_budget_of_fuel():
     assert certify(generous).passed
 
 
+@pytest.mark.slow
 def test_less_energy_at_the_cost_of_more_heat():
     phase = move()
     energy, heat = phase.integral(ca.fmax(0, u * v)), phase.integral(u**2)
@@ -410,6 +411,7 @@ def test_the_size_of_a_thrust_by_half_planes():
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_a_size_that_is_zero_is_told_how_to_be_stated():
     ax, ay = Control("ax", "m/s^2"), Control("ay", "m/s^2")
     for size in (ca.sqrt(ax**2 + ay**2), ca.hypot(ax, ay), ca.norm_2(ca.vertcat(ax, ay))):

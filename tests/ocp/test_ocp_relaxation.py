@@ -200,6 +200,7 @@ def gate():
     return Problem("gate", move, minimise=move.integral(u**2))
 
 
+@pytest.mark.slow
 def test_a_gate_between_the_points_has_to_give_way():
     needed = relaxed(gate(), keep=["v"])
     (item,) = needed.items

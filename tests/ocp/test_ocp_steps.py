@@ -80,7 +80,14 @@ SMOOTH = {
 }
 
 
-@pytest.mark.parametrize("part", SMOOTH.values(), ids=SMOOTH)
+LONG = {"soft"}
+
+
+@pytest.mark.parametrize(
+    "part",
+    [pytest.param(p, marks=[pytest.mark.slow] * (n in LONG)) for n, p in SMOOTH.items()],
+    ids=SMOOTH,
+)
 def test_a_quotient_that_goes_on_where_its_divisor_vanishes_is_no_step(part):
     found = solve(crossing(speed * (1.5 + 0.5 * part)))
     assert "steps" not in found.verdict

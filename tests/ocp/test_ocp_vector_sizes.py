@@ -30,6 +30,8 @@ speeds = [State(f"v{name}", "m/s") for name in "xyz"]
 thrusts = [Control(f"a{name}", "m/s^2", lower=-1, upper=1) for name in "xyz"]
 GOAL = (1.0, 0.5, 0.25)
 
+COARSE = Settings(intervals=8)  # a first mesh that takes half the time
+
 ax, ay = thrusts[:2]
 
 
@@ -85,14 +87,15 @@ def test_all_ways_to_write_a_size_are_seen(size):
 
 
 def test_a_thruster_coasts_on_its_way_along_a_line():
-    found = solve(least(size))
+    found = solve(least(size), settings=COARSE)
     assert found.objective == pytest.approx(line(2), rel=1e-6)
     assert found.sample(ax, [1.5])[0] == pytest.approx(0.0, abs=1e-6)
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_three_components():
-    found = solve(least(ca.norm_2(vector(thrusts)), thrust=thrusts))
+    found = solve(least(ca.norm_2(vector(thrusts)), thrust=thrusts), settings=COARSE)
     assert found.objective == pytest.approx(line(3), rel=1e-6)
     assert certify(found).passed
 
@@ -100,10 +103,10 @@ def test_three_components():
 @pytest.mark.parametrize(
     ("speed", "expected"),
     # as stated by its size and its direction, and above 64 half-planes less than 0.12 % below
-    [((-0.25, 0.5), 1.2914545190), ((0.3, -0.8), 1.9416982355)],
+    [((-0.25, 0.5), 1.2914545190), pytest.param((0.3, -0.8), 1.9416982355, marks=pytest.mark.slow)],
 )
 def test_a_thrust_that_turns(speed, expected):
-    found = solve(least(ca.norm_2(vector()), speed=speed))
+    found = solve(least(ca.norm_2(vector()), speed=speed), settings=COARSE)
     assert found.objective == pytest.approx(expected, rel=2e-6)
     assert certify(found).passed
     times = np.linspace(0, 3, 3001)
@@ -112,6 +115,7 @@ def test_a_thrust_that_turns(speed, expected):
     assert np.all(above >= sizes - 1e-6)
 
 
+@pytest.mark.slow
 def test_units_and_scales_do_not_matter():
     """Millinewtons per kilogramme, and an hour."""
     most, far = 1e-3, Constant("most", "m/s^2", value=1e-3)
@@ -181,25 +185,28 @@ def test_what_is_no_size_of_controls_that_costs_is_left_as_it_is(cost):
     assert Problem("kept", phase, minimise=cost(phase)).phases[0] is phase
 
 
+@pytest.mark.slow
 def test_a_budget_of_fuel():
     # along the line in the least time: t1 = F/2, and t1 (T - t1) is the way
     phase = move(end=Between(0.5, 20))
     burnt = phase.integral(size)
     fast = Problem("fast", phase, minimise=phase.end_time, bounds=[burnt <= 1.0])
-    found = solve(fast, settings=Settings(intervals=8))
+    found = solve(fast, settings=COARSE)
     assert found.objective == pytest.approx(0.5 + 2 * math.hypot(1, 0.5), rel=1e-6)
     assert found.value(burnt) == pytest.approx(1.0, rel=1e-5)
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_no_fuel_at_all():
     phase = move()
     rest = Phase("rest", phase.dynamics, phase.initial, phase.initial, end=3.0, bounds=phase.bounds)
-    found = solve(Problem("nothing", rest, minimise=rest.integral(size)))
+    found = solve(Problem("nothing", rest, minimise=rest.integral(size)), settings=COARSE)
     assert found.objective == pytest.approx(0.0, abs=1e-7)
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_limits_far_above_what_is_used_are_refused_and_a_scale_is_not():
     """What is rounded is a part of the limits, and must be a small part of the motion."""
 
@@ -219,9 +226,10 @@ def test_limits_far_above_what_is_used_are_refused_and_a_scale_is_not():
     assert certify(stated).passed
 
 
+@pytest.mark.slow
 def test_a_file_has_it_too(tmp_path):
     problem = least(size)
-    save(solve(problem, settings=Settings(intervals=8)), tmp_path / "least.ocp")
+    save(solve(problem, settings=COARSE), tmp_path / "least.ocp")
     found = load(tmp_path / "least.ocp")
     assert found.objective == pytest.approx(line(2), rel=1e-6)
     assert raised(found.problem)

@@ -64,6 +64,7 @@ def test_one_mesh_with_sizes_of_wide_limits_is_not_certified():
     assert "size of 'x'" in failed
 
 
+@pytest.mark.slow
 def test_sizes_that_nothing_tells_are_those_of_the_motion():
     """No number of the statement says how far the pendulum goes: 6,600 was certified for 1.1."""
     x, v, u = signals(1e9)

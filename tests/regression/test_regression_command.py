@@ -2,12 +2,14 @@
 
 import dataclasses
 import json
+import sys
 from pathlib import Path
 
 import pytest
 
 from benchmarks import regression
 from benchmarks.comparison import compare, comparison_table
+from benchmarks.processes import FreshProcess
 from benchmarks.records import Record, RecordFile, provenance, read_records
 
 SOLVED = Record("one", 2.0, 1e-5, 3, 100, 1.0, checks=4, failed_checks=("slope",), verdict="local")
@@ -43,6 +45,24 @@ def test_a_crash_is_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     output = tmp_path / "today.json"
     assert regression.main(["--output", str(output)]) == 1
     assert "KeyError" in read_records(output).records["no_such_case"].failure
+
+
+@pytest.mark.parametrize("asked", [None, "SkylakeX"])
+def test_all_machines_count_iterations_with_the_same_kernels(
+    asked: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[dict[str, str]] = []
+
+    def process(command: tuple[str, ...], environment: dict[str, str]) -> FreshProcess:
+        given.append(environment)
+        return FreshProcess((sys.executable, "-c", ""))
+
+    monkeypatch.setattr(regression, "FreshProcess", process)
+    monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
+    if asked is not None:
+        monkeypatch.setenv("OPENBLAS_CORETYPE", asked)
+    assert regression.main(["bryson_denham"]) == 1
+    assert given[0]["OPENBLAS_CORETYPE"] == (asked or "Haswell")
 
 
 def test_records_of_another_commit_are_not_continued(

@@ -120,6 +120,7 @@ def test_what_no_method_integrates_is_said(monkeypatch) -> None:  # type: ignore
         PhasePlane(truss).least_force(5.0)
 
 
+@pytest.mark.slow
 def test_where_friction_makes_it_a_crawl_the_motion_beside_the_limit_is_found_farther_off():
     # 60 times the joint friction: at 1e-8 above the static limit the integration stalls
     truss = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01, joint_friction=6.0)

@@ -182,6 +182,7 @@ def test_where_nothing_is_found_under_a_torque_speed_curve_the_next_cap_is_relax
     assert "a stronger motor, another gear ratio" in str(raised.value)
 
 
+@pytest.mark.slow
 def test_a_cap_below_the_least_found_ends_the_search_before_its_other_starts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -206,7 +207,7 @@ def test_a_cap_above_the_least_found_is_searched_to_the_end(
 ) -> None:
     monkeypatch.setattr(missed_cap, "SOON", 10)
     caps = Caps(jerk=1.6, rope_speed=2.0)
-    options = SolverOptions(starts=("bezier",))
+    options = SolverOptions(starts=("bezier",), intervals=12)
     study = TrussStudy(minimise="peak-acceleration", duration=5.0, caps=caps, solver=options)
     told = io.StringIO()
     values = Search(study, Console(progress_to=told)).run().deployment.values

@@ -21,6 +21,7 @@ from studies.truss.motions.phase_plane import PhasePlane
 STROKE = math.pi / 2 - DYNAMIC_SET.stowed_angle
 
 
+@pytest.mark.slow
 @settings(max_examples=5, deadline=None)
 @given(
     jerk=st.floats(-5, -2).map(lambda power: 10**power),

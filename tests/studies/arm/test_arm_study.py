@@ -84,6 +84,7 @@ def test_step5_leaves_what_the_reference_left():
     assert angular == pytest.approx(torque, abs=4e-5)  # trapezoidal rule: h^2/12 max |tau'|
 
 
+@pytest.mark.slow
 def test_the_optimum_leaves_less_than_a_hundredth_of_step5_under_either_drive():
     stage = big_arm(8.6)
     caps = stage.capped(7.5)

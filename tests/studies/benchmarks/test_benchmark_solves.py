@@ -46,6 +46,13 @@ def test_optimum_is_reached(name: str) -> None:
     assert found.violation <= 1e-7  # the default path tolerance, at 10,000 times
 
 
+def test_a_start_near_the_optimum_leads_there_on_every_processor() -> None:
+    # 16 iterations; with a limit that leaves the coast no interior, 48 to 1,010 by the processor
+    found = measure(CATALOGUE["goddard_betts_3ph"]())
+    assert found.iterations is not None
+    assert found.iterations <= 25
+
+
 def _line(**bounds: float) -> Problem:
     """Least effort from 0 to 1 in 1 s; the optimum is 1, at constant speed."""
     x, u = State("x", **bounds), Control("u")

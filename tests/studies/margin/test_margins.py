@@ -207,6 +207,7 @@ def test_a_study_with_margins_comes_back_from_its_file(tmp_path: Path, capsys) -
     assert "needs the margins; state [margin]" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_profile_of_ones_own_is_held_against_the_margins(tmp_path: Path, capsys) -> None:
     law, _ = paper_laws(TRUSS, 140.0)
     time = np.linspace(0.0, 140.0, 701)
@@ -234,6 +235,7 @@ def solved(duration: float, **keys):
     return run(dataclasses.replace(study, solver=solver))
 
 
+@pytest.mark.slow
 def test_in_a_slow_motion_no_law_matters_and_the_bound_says_so() -> None:
     result = solved(140.0, available=80.0)
     needs = next(row for row in result.table if row.key == "peak-factored-force").values

@@ -211,6 +211,7 @@ def test_least_time_uses_all_caps(monkeypatch: pytest.MonkeyPatch) -> None:
     assert result.value("utilisation") <= 1.0
 
 
+@pytest.mark.slow
 def test_the_ring_of_a_mission_meets_both_caps_at_least_cost() -> None:
     """In 6 s the reaction governs: it is close above its bound 4 M dR / T^2 without a jerk cap."""
     study = study_from({"jerk": "500/T^3"})

@@ -71,6 +71,7 @@ def test_no_verdict_holds_by_being_given():
     assert not rows.assumption("V", "x", "1", math.nan, "").holds
 
 
+@pytest.mark.slow
 def test_every_row_of_the_truss_has_a_verdict_that_holds():
     missed = [(entry.place, entry.quantity, entry.reason) for entry in truss_rows()]
     holds = [entry.holds for entry in truss_rows()]

@@ -19,6 +19,7 @@ def said(capsys):
     return capsys.readouterr().err.strip().splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_a_folder_becomes_page_figures_and_film(folder, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(pictures, "FRAMES", 4)
     monkeypatch.setattr(pictures, "HOLD", 1)
@@ -43,6 +44,7 @@ def test_a_folder_becomes_page_figures_and_film(folder, tmp_path, capsys, monkey
     assert "exists already; name a folder with --to" in said(capsys)
 
 
+@pytest.mark.slow
 def test_the_same_result_gives_the_same_page(folder, tmp_path):
     for name in "ab":
         assert main(["report", str(folder), "--to", str(tmp_path / name)]) == 0
