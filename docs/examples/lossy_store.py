@@ -2,7 +2,8 @@
 
 A battery of 4 MWh is charged or discharged with at most 1 MW, and 5 % are lost in each direction.
 It is half full at the start of the day, and so it shall be at the end. The price of power changes
-every hour. The cost of the day, which shall be least, is the integral of price times power.
+every hour. The cost of the day, which shall be least, is the integral of price times power. Within
+an hour it makes no difference when the power is bought.
 
 The losses have a kink in the rate of the stored energy, where the power changes its sign. Nothing
 has to be done about it. `ocp` states the modulus of the power as a control of its own, which is
@@ -45,4 +46,5 @@ panels[1].set_ylabel("power bought [MW]")
 panels[2].plot(times, solution.sample(energy, times))
 panels[2].set_ylabel("energy [MWh]")
 panels[2].set_xlabel("time [h]")
+panels[2].set_xticks(range(0, HOURS + 1, 4))
 figure.savefig("lossy_store.png", dpi=120)
