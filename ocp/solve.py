@@ -38,6 +38,7 @@ from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
 from ocp.verdict import verdict_on
+from ocp.verification.both_parts import check_parts
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.verify import Verification, unverified, verify
 
@@ -140,6 +141,7 @@ def solve_from(
     for _ in range(_STRICTER_GOES):
         refinement = refine(meshes, start, mesh, accuracy, rounds)
         iterate, rounds = refinement.best.iterate, refinement.rounds
+        check_parts(meshes.problem, iterate.trajectory)
         checked = _checked(meshes, refinement.best)
         seconds += checked.verification.seconds
 

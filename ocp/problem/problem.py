@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -23,6 +23,8 @@ from ocp.problem.functionals import (
 from ocp.problem.instants import stepping_times
 from ocp.problem.kinks.epigraph import as_stated, epigraphs, without_limits
 from ocp.problem.kinks.raised import with_raised_kinks
+from ocp.problem.kinks.raised_ends import with_raised_ends
+from ocp.problem.kinks.split_controls import with_split_controls
 from ocp.problem.phase import Phase
 from ocp.problem.statement_checks import check_problem
 from ocp.problem.symbols import (
@@ -146,30 +148,62 @@ class Problem:
         self._derive()
         check_problem(self)
         if self.raise_kinks:
+            self._raise_ends()
+            self._split_controls()
             self._raise_kinks()
 
     def _derive(self) -> None:
         for name, value in self._derived().items():
             object.__setattr__(self, name, value)
 
+    @property
+    def _names(self) -> list[str]:
+        """That are taken."""
+        return [s.name for s in self.symbols] + [b.name for b in self.boundary_constraints]
+
+    def _raise_ends(self) -> None:
+        """State kinks of minimised numbers as limits, see `ocp.problem.kinks.raised_ends`."""
+        raised = with_raised_ends(self.objective, self._names)
+        if raised is not None:
+            bounds = (*self.bounds, *raised.limits)
+            self._restate(self.phases, raised.objective, bounds, self.links)
+
+    def _split_controls(self) -> None:
+        """Split controls at kinks of rates, see `ocp.problem.kinks.split_controls`."""
+        split = with_split_controls(self.phases, self.functionals, self._names)
+        if split is not None:
+            self._restate_by(split.of, split.phases)
+
     def _raise_kinks(self) -> None:
         """State kinks that only cost as limits of controls, see `ocp.problem.kinks.raised`."""
         integrals = _of_kind(Integral, self.functionals)
-        names = [s.name for s in self.symbols] + [b.name for b in self.boundary_constraints]
         raised = with_raised_kinks(
-            self.phases, integrals, self.objective, self.boundary_constraints, names
+            self.phases, integrals, self.objective, self.boundary_constraints, self._names
         )
-        if raised is None:
-            return
+        if raised is not None:
+            self._restate_by(raised.of, raised.phases)
+
+    def _restate_by(self, of: Callable[[ca.SX], ca.SX], phases: Sequence[Phase]) -> None:
+        """Take other phases, and another expression for each one of numbers."""
         bounds, links = (
-            tuple(replace(b, expression=raised.of(b.expression)) for b in stated)
+            tuple(replace(b, expression=of(b.expression)) for b in stated)
             for stated in (self.bounds, self.links)
         )
+        self._restate(phases, of(self.objective), bounds, links)
+
+    def _restate(
+        self,
+        phases: Sequence[Phase],
+        objective: ca.SX,
+        bounds: Sequence[Bound],
+        links: Sequence[Bound],
+    ) -> None:
+        """Take other phases, and another objective to minimise, bounds and links."""
         stated = "minimise" if self.sense > 0 else "maximise"
-        object.__setattr__(self, "phases", raised.phases)
+        object.__setattr__(self, "phases", phases)
         object.__setattr__(self, "bounds", bounds)
         object.__setattr__(self, "links", links)
-        object.__setattr__(self, stated, self.sense * raised.of(self.objective))
+        object.__setattr__(self, stated, self.sense * objective)
         self._derive()
 
     def _derived(self) -> dict[str, Any]:

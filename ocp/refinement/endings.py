@@ -6,10 +6,11 @@ import itertools
 from collections.abc import Sequence
 from typing import Literal
 
-from ocp.errors import Collapsed, NumericalTrouble
+from ocp.errors import Collapsed, NumericalTrouble, Unbounded
 from ocp.problem.display import with_unit
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.kink_crossings import NEAR
+from ocp.refinement.growth import growth
 from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
@@ -94,6 +95,23 @@ def _check_impulses(solved: Sequence[SolvedMesh]) -> None:
     )
 
 
+def _check_growth(solved: Sequence[SolvedMesh]) -> None:
+    """Unbounded if a state without a limit grows from mesh to mesh."""
+    found = growth(solved)
+    if found is None:
+        return
+    name, unit = found.state.name, found.state.unit
+    side = "upper" if found.sign > 0 else "lower"
+    before, last = (with_unit(f"{value:.2g}", unit) for value in (found.before, found.last))
+    raise Unbounded(
+        f"the state '{name}' of phase '{found.phase}' grows without bound, from {before} to {last} "
+        f"in four mesh iterations, and the dynamics do not hold on any of them: the "
+        "motion leaves for infinity within the phase; limit the state, as in "
+        f"State({name!r}, {side}=...)",
+        solved[-1].iterate.trajectory,
+    )
+
+
 def ending_of(
     meshes: MeshSolver,
     solved: Sequence[SolvedMesh],
@@ -126,10 +144,13 @@ def ending_of(
         has become an impulse.
     Collapsed
         Next to no time is left.
+    Unbounded
+        A state without a limit grows from mesh to mesh.
     """
     _check_angles(solved)
     _check_duration(solved)
     _check_impulses(solved)
+    _check_growth(solved)
     if over and not again:
         return "rounds"
     if meshes.spent(rounds, examining):

@@ -392,14 +392,15 @@ def _classes() -> dict[str, Callable[..., Any]]:
     from ocp.numerics import piecewise_polynomial, schemes
     from ocp.optimality import iterate, multipliers
     from ocp.problem import bounds, functionals, symbols
-    from ocp.problem.kinks import epigraph
+    from ocp.problem.kinks import epigraph, raised_ends, split_controls
     from ocp.refinement import mesh_iteration
     from ocp.scaling import scales
     from ocp.verification import simulation, verify
 
     listed = (
         *(symbols.State, symbols.Control, symbols.Algebraic, symbols.Unknown, symbols.Constant),
-        *(epigraph.Epigraph, epigraph.VectorSize, symbols.Between, bounds.Bound, Phase, Problem),
+        *(epigraph.Epigraph, epigraph.VectorSize, split_controls.SumOfParts),
+        *(raised_ends.RaisedNumber, symbols.Between, bounds.Bound, Phase, Problem),
         *(functionals.Integral, functionals.Peak, functionals.BoundaryValue),
         *(functionals.PointValue, functionals.PhaseTime),
         *(Table, *schemes.SCHEMES.values()),

@@ -50,6 +50,7 @@ from ocp.numerics.polynomial_expressions import largest, polynomial_degree
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.kinks.epigraph import as_stated, raised_in
+from ocp.problem.kinks.raised_ends import without_raised_numbers
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.refinement.accuracy import Accuracy
@@ -165,8 +166,9 @@ def verify(
     # the objective with the peaks that the replay has between the points
     peaks = {peak: dense_peak(evaluator, replay, peak) for peak in problem.peaks}
     dense = {**peaks, **_stated_integrals(problem, replay, evaluator)}
-    objective = problem.sense * evaluator.number(replay, problem.objective, dense)
-    as_solved = problem.sense * evaluator.number(replay, problem.objective, peaks)
+    stated = without_raised_numbers(problem.objective)
+    objective = problem.sense * evaluator.number(replay, stated, dense)
+    as_solved = problem.sense * evaluator.number(replay, stated, peaks)
 
     numbers = Verification(
         miss=simulated.miss,
@@ -186,7 +188,7 @@ def verify(
         dynamics=errors.worst_dynamics,
     )
     size = iterate.objective_size if iterate.costs_nothing else abs(iterate.objective)
-    stated = _reasons(
+    of_motion = _reasons(
         numbers,
         dict(boundary_excesses(iterate, replay, evaluator, dense)),
         accuracy,
@@ -195,7 +197,7 @@ def verify(
         of_kinks=abs(objective - as_solved) / size,
     )
     lost = [far.sentence for far in numbers.far_origins if not far.error <= WITHIN]
-    reasons = tuple(reason for reason in (*stated, *lost) if reason)
+    reasons = tuple(reason for reason in (*of_motion, *lost) if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
 
 

@@ -193,12 +193,18 @@ def sensitivities(names: Names) -> None:
     assert slopes["ceiling"] == pytest.approx(-J / ceiling, rel=1e-4)
 
 
+def lossy_store(names: Names) -> None:
+    # a linear program over the hours, in tests/ocp/test_ocp_split_controls.py
+    assert names["solution"].objective == pytest.approx(-100.902536, abs=1e-5)
+
+
 CHECKS = {
     check.__name__: check
     for check in (
         bryson_denham,
         minimum_time,
         drive_energy,
+        lossy_store,
         peak_objective,
         pick_up,
         parameter_fit,

@@ -17,7 +17,7 @@ The size of a vector of controls is stated in the same way, where its typical va
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
@@ -28,9 +28,10 @@ from ocp.problem.bounds import Bound
 from ocp.problem.display import text_of, unit_of
 from ocp.problem.functionals import Integral
 from ocp.problem.kinks.choices import with_larger_ones
+from ocp.problem.kinks.costs import LONGEST_NAME, costly, sides_of, unlike
 from ocp.problem.kinks.epigraph import Epigraph, VectorSize, epigraphs, with_limits
 from ocp.problem.kinks.signal_factors import with_signals_inside
-from ocp.problem.kinks.time_factors import constant_value, sign_of_factor
+from ocp.problem.kinks.time_factors import constant_value
 from ocp.problem.kinks.vector_sizes import SizeOfVector, sizes_of_vectors
 from ocp.problem.phase import Phase, kept_alive
 from ocp.problem.symbols import (
@@ -38,17 +39,10 @@ from ocp.problem.symbols import (
     Control,
     Piecewise,
     Signal,
-    Symbol,
     is_limited,
     is_number,
     resolve,
 )
-
-# Characters of an expression that is a name as well; a longer one is named by its symbols
-_LONGEST_NAME = 60
-
-# Operations that the larger or the lesser of some numbers is made of
-_LARGER, _LESSER, _MODULUS, _NEGATIVE = "fmax", "fmin", "fabs", "neg"
 
 # Kinks of states in one integral. Of more, as in a sum over many levels, a motion crosses the most.
 _MOST_CROSSED = 8
@@ -176,7 +170,7 @@ class _Controls:
         symbols = ca.symvar(kink.whole)
         key = (*(s.element_hash() for s in symbols), graph_of([kink.whole], symbols))
         if key not in self.made:
-            name = _unlike(text_of(kink.whole, _LONGEST_NAME), self.names)
+            name = unlike(text_of(kink.whole, LONGEST_NAME), self.names)
             self.names.append(name)
             self.made[key] = _made(kink, name)
         return self.made[key]
@@ -222,15 +216,6 @@ def _made(kink: _Kink, name: str) -> Epigraph:
     return Epigraph(name, unit, least, piecewise=shape, sides=tuple(kink.sides), largest=whole)
 
 
-def _unlike(name: str, others: Sequence[str]) -> str:
-    """The name, with a number where there is one like it already."""
-    numbered, count = name, 1
-    while numbered in others:
-        count += 1
-        numbered = f"{name} ({count})"
-    return numbered
-
-
 def _without_kinks(
     integral: Integral, phase: Phase, sign: int, controls: _Controls
 ) -> ca.SX | None:
@@ -243,12 +228,12 @@ def _without_kinks(
     graph = graph_of([with_signals_inside(larger, bare, signals, positive)], bare)
     kinks = list[_Kink]()
     vectors = sizes_of_vectors(graph, symbols, phase.bounds)
-    for place, own in _costly(graph, symbols, phase, sign, vectors):
+    for place, own in costly(graph, symbols, phase, sign, vectors):
         if place in vectors:
             (whole,) = ExpressionGraph(graph.instructions, (place,)).rebuilt(bare)
             kinks.append(_Kink(place, own, whole, (), False, vectors[place]))
             continue
-        found = list(_sides(graph, place, own))
+        found = list(sides_of(graph, place, own))
         places = (place, *(side for side, _ in found))
         whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(bare)
         sides = [above * part for part, (_, above) in zip(parts, found, strict=True)]
@@ -273,84 +258,6 @@ def _without_kinks(
 def _is_never_negative(signal: Signal) -> bool:
     """Whether a limit keeps a signal from being negative."""
     return is_number(signal.lower) and bool(signal.lower >= 0)
-
-
-def _sides(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int, int]]:
-    """Places and signs of the expressions of which one, times a sign, is the largest."""
-    name, operands = graph.instructions[place].operation, graph.instructions[place].operands
-    if name == (_LARGER if sign > 0 else _LESSER):
-        for operand in operands:
-            yield from _sides(graph, operand, sign)
-    elif name == _NEGATIVE:
-        yield from _sides(graph, operands[0], -sign)
-    elif name == _MODULUS and sign > 0:
-        yield from ((operands[0], 1), (operands[0], -1))
-    else:
-        yield place, sign
-
-
-def _costly(
-    graph: ExpressionGraph,
-    symbols: Sequence[Symbol],
-    phase: Phase,
-    of_whole: int,
-    vectors: Collection[int],
-) -> Iterator[tuple[int, int]]:
-    """Places of larger or lesser ones that are only added, with the sign by which they cost.
-
-    Sizes of vectors, whose places are given, are among them.
-    """
-    signs = dict[int, set[int]]({graph.results[0]: {of_whole}})
-    for place in reversed(range(len(graph.instructions))):
-        found = signs.get(place, set())
-        if not found:
-            continue
-        sign = next(iter(found)) if len(found) == 1 else 0
-        if sign > 0 and place in vectors:
-            yield place, sign
-            continue
-        is_choice = graph.instructions[place].operation in (_LARGER, _LESSER, _MODULUS)
-        if sign and is_choice and len(list(_sides(graph, place, sign))) > 1:
-            yield place, sign
-            continue
-        for operand, own in _passed_on(graph, symbols, phase, place, sign):
-            signs.setdefault(operand, set()).add(own)
-
-
-def _passed_on(
-    graph: ExpressionGraph, symbols: Sequence[Symbol], phase: Phase, place: int, sign: int
-) -> Iterable[tuple[int, int]]:
-    """The operands of an instruction, each with the sign by which it costs; 0 for neither."""
-    instruction = graph.instructions[place]
-    if instruction.operation in ("symbol", "number"):
-        return ()
-    operands = instruction.operands
-    match instruction.operation:
-        case "add" | "twice":
-            return [(operand, sign) for operand in operands]
-        case "sub":
-            return [(operands[0], sign), (operands[1], -sign)]
-        case "neg":
-            return [(operands[0], -sign)]
-        case "mul" | "div":
-            first, second = operands
-            factor = _sign_of(graph, symbols, phase, second)
-            if factor is not None:
-                return [(first, sign * factor)]
-            if instruction.operation == "mul":
-                factor = _sign_of(graph, symbols, phase, first)
-            if factor is not None:
-                return [(second, sign * factor)]
-    return [(operand, 0) for operand in operands]
-
-
-def _sign_of(
-    graph: ExpressionGraph, symbols: Sequence[Symbol], phase: Phase, place: int
-) -> int | None:
-    """The sign of a factor, see `sign_of_factor`."""
-    bare = [symbol.symbol for symbol in symbols]
-    (factor,) = ExpressionGraph(graph.instructions, (place,)).rebuilt(bare)
-    return sign_of_factor(factor, phase)
 
 
 def _sign(value: float) -> int:

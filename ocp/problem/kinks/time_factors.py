@@ -33,16 +33,17 @@ def time_range(phase: Phase) -> tuple[float, float]:
     return float(earliest), float(latest)
 
 
-def sign_of_factor(factor: ca.SX, phase: Phase) -> int | None:
+def sign_of_factor(factor: ca.SX, phase: Phase | None) -> int | None:
     """1 or -1 if a factor has this sign, 0 if it has none, None if signals or unknowns are in it.
 
     Constants have the values that they are declared with. Of functions of time that hold constants,
-    too, no sign is told: the times at which they change are not known.
+    too, no sign is told: the times at which they change are not known. Factors of numbers of the
+    whole motion are in no phase.
     """
     symbols = resolve(factor, "a factor")
     if all(isinstance(symbol, Constant) for symbol in symbols):
         return int(np.sign(constant_value(factor)))
-    if any(symbol is not TIME for symbol in symbols):
+    if phase is None or any(symbol is not TIME for symbol in symbols):
         return None
     start, end = time_range(phase)
     if not (math.isfinite(start) and math.isfinite(end)):

@@ -1,0 +1,195 @@
+"""Moduli and largest values of a control in rates, by two parts of the control.
+
+A store with losses is charged by ``0.95 max(u, 0)`` and discharged by ``max(-u, 0) / 0.95``. With
+``u = u+ - u-``, both parts not negative, its rate has no kink: ``max(u, 0)`` is ``u+``, and
+``max(-u, 0)`` is ``u-``. The parts say the same as u as long as one of them is zero. That is no
+limit of the new statement, and is checked after a solve (see `ocp.verification.both_parts`). It
+holds if both parts at once only cost, as they lose what is stored.
+
+The control u stays, and the sum of its parts, ``s = |u|``, joins it. So ``u+ = (s + u)/2`` and ``u-
+= (s - u)/2`` are not negative if ``s >= u`` and ``s >= -u``, and their product is zero if ``s`` is
+``|u|``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+
+from ocp.numerics.expression_graph import ExpressionGraph, graph_of
+from ocp.numerics.linearity import is_linear
+from ocp.problem.functionals import Functional
+from ocp.problem.kinks.choices import with_larger_ones
+from ocp.problem.kinks.costs import unlike
+from ocp.problem.kinks.epigraph import Epigraph, with_limits
+from ocp.problem.phase import Phase, kept_alive
+from ocp.problem.symbols import Constant, Control, is_number, resolve
+
+# Operations that have a kink, with the sign of the modulus of the surface in them
+_SIGNS = {"fmax": 1.0, "fmin": -1.0}
+_MODULUS = "fabs"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SumOfParts(Epigraph):
+    """The sum of both parts of a control, which is its modulus where one of them is zero.
+
+    Attributes
+    ----------
+    of : str
+        Name of the control that has these parts.
+    """
+
+    of: str = ""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SplitControls:
+    """What a statement becomes.
+
+    Attributes
+    ----------
+    phases : tuple of Phase
+        With other rates, and the limits of the parts.
+    functionals : mapping of Functional to Functional
+        Of the new phases in place of those of the old ones.
+    """
+
+    phases: tuple[Phase, ...]
+    functionals: Mapping[Functional, Functional]
+
+    def of(self, expression: ca.SX) -> ca.SX:
+        """An expression of functionals with those that replace them."""
+        old = ca.vertcat(*[f.symbol for f in self.functionals], ca.SX(0, 1))
+        new = ca.vertcat(*[f.symbol for f in self.functionals.values()], ca.SX(0, 1))
+        return ca.substitute(expression, old, new)
+
+
+def with_split_controls(
+    phases: Sequence[Phase], functionals: Iterable[Functional], names: Iterable[str]
+) -> SplitControls | None:
+    """Phases whose rates have no kinks by a control; None where none has any.
+
+    Parameters
+    ----------
+    functionals : iterable of Functional
+        All in use.
+    names : iterable of str
+        Of other things, which no new control shall have.
+    """
+    sums = dict[Control, SumOfParts]()
+    split = tuple(_split(phase, sums, names) for phase in phases)
+    if not sums:
+        return None
+
+    # they know the rates of their phases
+    changed = {new.name: new for new, old in zip(split, phases, strict=True) if new is not old}
+    by_name = {phase.name: phase for phase in split}
+    replaced = dict[Functional, Functional]()
+    for functional in functionals:
+        of_phases = [name for name, _ in functional.pieces]
+        if changed.keys() & set(of_phases):
+            own = replace(functional)
+            own.remember_phases(by_name[name].dynamics for name in of_phases)
+            replaced[functional] = kept_alive(own, [by_name[name] for name in of_phases])
+    return SplitControls(split, replaced)
+
+
+def sums_of_parts(phase: Phase) -> tuple[SumOfParts, ...]:
+    """Those that the rates of a phase depend on."""
+    found = dict.fromkeys(s for symbols in phase.rate_symbols.values() for s in symbols)
+    return tuple(symbol for symbol in found if isinstance(symbol, SumOfParts))
+
+
+def stated_rates(phase: Phase) -> list[ca.SX]:
+    """The rates of a phase with the moduli whose place sums of parts took."""
+    sums = sums_of_parts(phase)
+    old = ca.vertcat(*[made.symbol for made in sums], ca.SX(0, 1))
+    new = ca.vertcat(*[made.largest for made in sums], ca.SX(0, 1))
+    return [ca.substitute(rate, old, new) for rate in phase.dynamics.values()]
+
+
+def _split(phase: Phase, sums: dict[Control, SumOfParts], names: Iterable[str]) -> Phase:
+    """A phase without such kinks in its rates; itself where there are none.
+
+    The sums of parts that it takes are added to those that there are.
+    """
+    rates = {state: _without_kinks(rate, sums, names) for state, rate in phase.dynamics.items()}
+    if all(new is phase.dynamics[state] for state, new in rates.items()):
+        return phase
+    used = {symbol for rate in rates.values() for symbol in resolve(rate, "a rate")}
+    own = [made for made in sums.values() if made in used]
+    split = replace(phase, dynamics=rates, bounds=with_limits(phase.bounds, own))
+    for functional in phase._functionals:
+        kept_alive(functional, [split])
+    return split
+
+
+def _without_kinks(rate: ca.SX, sums: dict[Control, SumOfParts], names: Iterable[str]) -> ca.SX:
+    """A rate with the sum of its parts in place of the modulus of each control."""
+    symbols = resolve(rate, "a rate")
+    bare = [symbol.symbol for symbol in symbols]
+    graph = graph_of([with_larger_ones(rate, bare)], bare)
+    instead = dict[int, ca.SX]()
+    for place, surface, others in _kinks(graph, bare):
+        found = _control_of(surface)
+        if found is None:
+            continue
+        control, factor = found
+        if control not in sums:
+            sums[control] = _sum_of_parts(control, [*names, *(s.name for s in sums.values())])
+        modulus = ca.fabs(factor) * sums[control].symbol
+        sign = _SIGNS.get(graph.instructions[place].operation)
+        instead[place] = modulus if sign is None else (others + sign * modulus) / 2
+    if not instead:
+        return rate
+    replaced = {place: (lambda _, new=new: new) for place, new in instead.items()}
+    return graph.rebuilt(bare, replaced)[0]
+
+
+def _kinks(graph: ExpressionGraph, bare: Sequence[ca.SX]) -> Iterator[tuple[int, ca.SX, ca.SX]]:
+    """Places of kinks, with the surface of each, and the sum of both sides."""
+    for place, instruction in enumerate(graph.instructions):
+        if instruction.operation == _MODULUS or instruction.operation in _SIGNS:
+            operands = ExpressionGraph(graph.instructions, instruction.operands).rebuilt(bare)
+            one, other = operands if len(operands) == 2 else (operands[0], ca.SX(0))
+            yield place, one - other, one + other
+
+
+def _control_of(surface: ca.SX) -> tuple[Control, ca.SX] | None:
+    """The control that a surface is a multiple of, and the factor, if it is one of both signs.
+
+    The factor is a number, or an expression of constants.
+    """
+    symbols = resolve(surface, "a kink")
+    controls = [symbol for symbol in symbols if isinstance(symbol, Control)]
+    if len(controls) != 1 or not all(isinstance(s, (Control, Constant)) for s in symbols):
+        return None
+    (control,) = controls
+    at_zero = ca.simplify(ca.substitute(surface, control.symbol, 0))
+    if not is_linear(surface, control.symbol) or not at_zero.is_zero():
+        return None
+    of_one_sign = (is_number(control.lower) and control.lower >= 0) or (
+        is_number(control.upper) and control.upper <= 0
+    )
+    return None if of_one_sign else (control, ca.densify(ca.jacobian(surface, control.symbol)))
+
+
+def _sum_of_parts(control: Control, names: Sequence[str]) -> SumOfParts:
+    """The sum of both parts, each of which is within the limits of the control."""
+    limits = (control.lower, control.upper)
+    most = max(abs(limit) if is_number(limit) else math.inf for limit in limits)
+    return SumOfParts(
+        unlike(f"|{control.name}|", names),
+        control.unit,
+        lower=0.0,
+        upper=most,
+        scale=control.scale,
+        shape=control.shape,
+        sides=(control.symbol, -control.symbol),
+        largest=ca.fabs(control.symbol),
+        of=control.name,
+    )
