@@ -17,7 +17,7 @@ from studies.paper.cases import Cases
 from studies.paper.config import PaperStudy
 from studies.paper.entries import Entry, PaperVerdict
 from studies.paper.listing import cells, entries_from, entry_from, errata_rows, rows_csv
-from studies.paper.sections.dynamics import _force_rows
+from studies.paper.sections.dynamics import _force_rows, dynamics_entries
 from studies.paper.sections.planning import planning_entries
 from studies.paper.sections.truss_model import truss_entries
 from studies.paper.study import result_of, unique_keys
