@@ -103,7 +103,13 @@ def recover_truss(measured: MeasuredProfile, truss: TrussParameters) -> TrussPro
     if law is not None:
         exact = Recovered(law, NoiseEstimate(0.0, 0.0, False), (2, 2), None)
         return TrussProfile(measured, angle, scale, source, exact, stated=True)
-    return TrussProfile(measured, angle, scale, source, recover(measured.time, angle, scale))
+    return TrussProfile(
+        measured,
+        angle,
+        scale,
+        source,
+        recover(measured.time, angle, scale, measured.rounding["time"]),
+    )
 
 
 def _check_range(measured: MeasuredProfile, angle: Array) -> None:
