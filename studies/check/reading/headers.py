@@ -42,31 +42,7 @@ UNITS: dict[str, dict[str, float]] = {
     },
 }
 # of other quantities, which stand beside these in a row of units
-OTHER_UNITS = frozenset(
-    ["1", "-", "n", "w", "v", "a", "volt", "volts", "counts", "%", "k", "°c", "rpm"]
-    + ["deg/s", "rad/s", "m/s", "mm/s", "°/s"]
-)
-    [
-        "1",
-        "-",
-        "n",
-        "w",
-        "v",
-        "a",
-        "volt",
-        "volts",
-        "counts",
-        "%",
-        "k",
-        "°c",
-        "rpm",
-        "deg/s",
-        "rad/s",
-        "m/s",
-        "mm/s",
-        "°/s",
-    ]
-)
+OTHER_UNITS = ("1", "-", "n", "w", "v", "a", "k", "%", "°c", "rpm", "volt", "volts", "counts")
 ROW_NUMBER = -1
 ROWS = "row"  # in place of a header: the number of the row, from 0
 SI = {"time": "s", "angle": "rad", "length": "m", "torque": "N m"}

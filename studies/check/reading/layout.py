@@ -109,9 +109,7 @@ def layout_of(
     header, cells = _header(above, columns, decimal, width)
     units = _units(above, columns, header, width)
     unreadable = tuple(
-        place
-        for place in range(header + 1, first)
-        if _is_spoilt(rows[place], masks[place], columns, width)
+        place for place in range(header + 1, first) if _is_spoilt(rows[place], masks[place])
     )
     return Layout(
         first,
@@ -175,11 +173,9 @@ def _joined(name: str, unit: str, place: int) -> str:
     return f"{name} [{unit}]" if unit.strip(" -") else name
 
 
-def _is_spoilt(row: Row, mask: Sequence[int], columns: Sequence[int], width: int) -> bool:
-    """Whether a row is one of the table's, but for cells that are no numbers and no labels."""
-    if len(row) != width or not any(k in mask for k in columns):
-        return False
-    return not any(_LABEL.match(row[k]) for k in columns if k not in mask)
+def _is_spoilt(row: Row, mask: Sequence[int]) -> bool:
+    """Whether a row holds numbers, and what stands beside them is no label."""
+    return bool(mask) and not any(_LABEL.match(row[k]) for k in range(len(row)) if k not in mask)
 
 
 def _period(above: Sequence[Row], decimal: str) -> str:

@@ -12,6 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocp.arrays import Array
 from studies.check.reading.digits import half_a_digit, half_a_digit_of_times
@@ -48,7 +49,9 @@ class MeasuredProfile:
     rounding : half of the last digit of time and values as the file states them, (m,) each.
     mechanism : "truss" or "arm".
     notes : how it was read, and what was assumed, in sentences.
-    line_of : the place of a row in the file, in words, is `table.line_of(row)`.
+    table : of the file; the place of one of its rows, in words, is `table.line_of(row)`.
+    kept : (m,) rows of the table; -1 for one that stands between two of them.
+    origin : time 0 by the time of the file [s].
     """
 
     path: Path
@@ -58,6 +61,8 @@ class MeasuredProfile:
     mechanism: str
     notes: tuple[str, ...]
     table: RawTable
+    kept: NDArray[np.intp]
+    origin: float
 
     @property
     def duration(self) -> float:
@@ -88,7 +93,9 @@ def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
     columns = understood(table, _asked(named))
     mechanism, chosen = _chosen(table, columns)
 
-    arrays, left_out = _complete(chosen, _arrays(table, chosen))
+    stored = _arrays(table, chosen)
+    kept, left_out = _complete(chosen, stored)
+    arrays = [array[kept] for array in stored]
     for column, array in zip(chosen, arrays, strict=True):
         _check_finite(table, column, array)
     values = [(column, column.factor * x) for column, x in zip(chosen, arrays, strict=True)]
@@ -104,6 +111,8 @@ def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
         mechanism=mechanism,
         notes=(*_notes(table, chosen, time), *left_out),
         table=table,
+        kept=kept,
+        origin=float(time[0]),
     )
 
 
@@ -117,15 +126,15 @@ def _arrays(table: RawTable, chosen: Sequence[Column]) -> list[Array]:
 
 def _complete(
     chosen: Sequence[Column], arrays: Sequence[Array]
-) -> tuple[list[Array], tuple[str, ...]]:
+) -> tuple[NDArray[np.intp], tuple[str, ...]]:
     """The rows with all numbers, if so many lack one that this is how the file is made."""
     whole = np.isfinite(arrays).all(axis=0)
     lacking = int(whole.size - whole.sum())
     if lacking <= SPARSE * whole.size:
-        return list(arrays), ()
+        return np.arange(whole.size), ()
     names = ", ".join(f"'{column.header}'" for column in chosen)
     return (
-        [array[whole] for array in arrays],
+        np.flatnonzero(whole),
         (f"{lacking} rows without a number in each of {names} are left out",),
     )
 
