@@ -59,7 +59,7 @@ QUANTITIES = tuple(DIMENSIONS)
 
 # other names of a quantity, with bars between them
 _NAMES = {
-    "time": "time|t|zeit|temps|tiempo|tempo|elapsed time|time stamp|timestamp",
+    "time": "time|t|zeit|temps|tiempo|tempo|elapsed time|time stamp|timestamp|uhrzeit|x value",
     "angle": "angle|alpha|α|phi|theta|winkel|deployment angle|angolo|ángulo|measured angle",
     "rope_length": "rope length|rope|length of rope|length|l|cable length|seillänge|cord length",
     "root_angle": "root angle|angle root|shoulder angle|joint 1 angle|q1",

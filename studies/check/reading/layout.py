@@ -22,8 +22,8 @@ _NUMBER = {
     ",": re.compile(r"[-+]?(\d+,?\d*|,\d+)([eEdD][-+]?\d+)?"),
 }
 _CLOCK = re.compile(r"(?:[\d./-]+[T ])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)Z?")
-_LABEL = re.compile(r"(?!#)\S*[^\W\d_]{3,}")  # a word, and no error of a spreadsheet such as #N/A
-_UNIT_LABELS = ("unit", "units", "einheit", "y unit label", "vertical units")
+_LABEL = re.compile(r"(?!(?:n/?a|null|none)$)[^\W\d_]", re.IGNORECASE)
+_UNIT_LABEL = re.compile(r"^(y |vertical )?(units?|einheit)( label)?\s*([:=]|$)", re.IGNORECASE)
 _PERIOD = re.compile(r"period|interval|increment|delta.?x|sample.?time", re.IGNORECASE)
 _LONE = re.compile(r"\d*[.,]\d+(?:[eE][-+]?\d+)?")
 
@@ -132,14 +132,14 @@ def _header(
     above: Sequence[Sequence[Row]], columns: Sequence[int], decimal: str, width: int
 ) -> tuple[int, Row]:
     """The row of names; -1 and empty cells where there is none."""
-    best: tuple[int, int, int] = (0, 0, -1)
+    best: tuple[bool, int, int] = (False, 0, -1)
     found: tuple[int, Row] = (-1, [""] * width)
     for place, candidates in enumerate(above):
         for cells in candidates:
             texts = sum(bool(cells[k]) and not is_number(cells[k], decimal) for k in columns)
-            if 2 * texts < len(columns) or _are_units(cells, columns):
+            if 2 * texts <= len(columns) or _are_units(cells, columns):
                 continue
-            said = sum(says_something(cells[k]) for k in columns)
+            said = any(says_something(cells[k]) for k in columns)
             if (said, texts, place) > best:
                 best, found = (said, texts, place), (place, cells)
     return found
@@ -150,12 +150,12 @@ def _units(above: Sequence[Sequence[Row]], columns: Sequence[int], header: int, 
     for place in reversed(range(len(above))):
         for cells in above[place]:
             if place != header and _are_units(cells, columns):
-                return ["" if _is_label(cell) else cell.strip("[]() ") for cell in cells]
+                return [_unit(cell) for cell in cells]
     return [""] * width
 
 
 def _are_units(cells: Row, columns: Sequence[int]) -> bool:
-    stated = [cells[k].strip("[]() ") for k in columns if not _is_label(cells[k])]
+    stated = [_unit(cells[k]) for k in columns]
     known = [text for text in stated if is_unit(text)]
     return bool(known) and all(
         not text or text in known or (len(text) <= SHORT and not says_something(text))
@@ -163,8 +163,10 @@ def _are_units(cells: Row, columns: Sequence[int]) -> bool:
     )
 
 
-def _is_label(cell: str) -> bool:
-    return cell.strip(" :").replace("_", " ").lower() in _UNIT_LABELS
+def _unit(cell: str) -> str:
+    """The unit of a cell in a row of units; empty for what names that row."""
+    text = _UNIT_LABEL.sub("", cell.replace("_", " "))
+    return text.strip("[]() ")
 
 
 def _joined(name: str, unit: str, place: int) -> str:
@@ -174,8 +176,9 @@ def _joined(name: str, unit: str, place: int) -> str:
 
 
 def _is_spoilt(row: Row, mask: Sequence[int]) -> bool:
-    """Whether a row holds numbers, and what stands beside them is no label."""
-    return bool(mask) and not any(_LABEL.match(row[k]) for k in range(len(row)) if k not in mask)
+    """Whether a row holds numbers, and no label at its beginning."""
+    first = next((cell for cell in row if cell), "")
+    return bool(mask) and not _LABEL.match(first)
 
 
 def _period(above: Sequence[Row], decimal: str) -> str:

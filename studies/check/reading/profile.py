@@ -159,14 +159,10 @@ def _chosen(table: RawTable, columns: list[Column]) -> tuple[str, list[Column]]:
     truss = [column for column in columns if column.quantity in ("angle", "rope_length")]
 
     if not times or not (arm or truss):
-        what = "column time" if not times else "column of an angle, a rope length or a torque"
+        what = "column of times" if not times else "column of an angle, a rope length or a torque"
         headless = all(header.startswith("column ") for header in table.headers)
-        why = "no header stands above its numbers" if headless else f"there is no {what}"
-        refuse(
-            table.path,
-            f"has columns that are not understood ({why}); say which is which, as in"
-            + columns_named(table, columns),
-        )
+        why = "no header above its numbers" if headless else f"no {what}"
+        refuse(table.path, f"has {why}; say which one it is, as in{columns_named(table, columns)}")
     if len(times) > 1:
         names = " and ".join(f"'{column.header}'" for column in times)
         refuse(

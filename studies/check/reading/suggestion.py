@@ -6,6 +6,7 @@ user sees the guess, and runs it or mends it.
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Mapping, Sequence
 
@@ -18,6 +19,8 @@ from studies.common.exit_codes import StudyError
 
 PERIOD = "0.01 s"  # from row to row, if nothing states another one
 OPENED = 4.0  # no angle of ours is as large in rad, so that larger ones are degrees
+STANDSTILL = 0.01  # of the median step of times, below which they would stand still
+EVEN = 0.5  # steps of times differ by less, those of a motion from rest by more
 # a recording of less than an hour tells the unit of its times
 SPANS = ((3.6e3, "s"), (3.6e6, "ms"), (3.6e9, "us"), (float("inf"), "ns"))
 
@@ -31,12 +34,13 @@ def columns_named(table: RawTable, columns: Sequence[Column], **units: str) -> s
     units : by quantity, in place of those that are stated.
     """
     known = {column.quantity: column for column in reversed(columns)}
+    numbers = _numbers(table)
     words = [
-        f"{quantity}={_text(table, column.place)}:{units.get(quantity) or column.unit or si}"
+        f"{quantity}={_text(table, column.place)}:{units.get(quantity) or _unit(column, numbers)}"
         for quantity, column in known.items()
-        if (si := next(iter(UNITS[DIMENSIONS[quantity]])))
     ]
-    numbers = _numbers(table, {column.place for column in columns})
+    for column in columns:
+        numbers.pop(column.place, None)
     if "time" not in known:
         place = _of_times(table, numbers)
         words.insert(0, _guess(table, "time", place, numbers, DIMENSIONS["time"]))
@@ -51,8 +55,22 @@ def columns_named(table: RawTable, columns: Sequence[Column], **units: str) -> s
     )
 
 
-def _numbers(table: RawTable, taken: set[int]) -> dict[int, Array]:
-    """The columns of numbers that are left, without what is empty."""
+def _unit(column: Column, numbers: Mapping[int, Array]) -> str:
+    """The unit of a column that is understood, or that of its numbers."""
+    return column.unit or _likely_unit(DIMENSIONS[column.quantity], numbers.get(column.place))
+
+
+def _likely_unit(dimension: str, array: Array | None) -> str:
+    """The unit in which numbers are as large as they are."""
+    if array is not None and dimension == "time":
+        return next(unit for most, unit in SPANS if np.ptp(array) <= most)
+    if array is not None and dimension == "angle":
+        return "rad" if np.abs(array).max() <= OPENED else "deg"
+    return next(iter(UNITS[dimension]))
+
+
+def _numbers(table: RawTable) -> dict[int, Array]:
+    """The columns of numbers, without what is empty."""
     found = {}
     for place in range(len(table.headers)) if table.columns is None else table.columns:
         try:
@@ -60,33 +78,41 @@ def _numbers(table: RawTable, taken: set[int]) -> dict[int, Array]:
         except StudyError:  # texts
             continue
         array = array[np.isfinite(array)]
-        if place not in taken and array.size > 1 and np.ptp(array) > 0:
+        if array.size > 1 and np.ptp(array) > 0:
             found[place] = array
     return found
 
 
+def _unevenness(array: Array) -> float:
+    """How far the steps of numbers that rise differ, relative; infinite if they do not rise."""
+    step = np.diff(array)
+    rises = step.min() > STANDSTILL * float(np.median(step)) > 0
+    return float(np.ptp(step) / step.mean()) if rises else math.inf
+
+
 def _of_times(table: RawTable, numbers: Mapping[int, Array]) -> int | None:
-    """The column whose numbers rise most evenly; None if none rises but the number of the row."""
+    """The column whose numbers rise most evenly; None if none does but the number of the row."""
     by_unit = [k for k in numbers if unit_of(table.headers[k]) in UNITS["time"]]
-    rising = {}
-    for place, array in numbers.items():
-        step = np.diff(array)
-        counts_rows = bool((step == 1.0).all()) and array[0] in (0.0, 1.0)
-        if step.min() > 0 and not counts_rows:
-            rising[place] = float(np.ptp(step) / step.mean())
     if by_unit:
         return by_unit[0]
-    return min(rising, key=lambda place: rising[place], default=None)
+    rising = {
+        place: _unevenness(array)
+        for place, array in numbers.items()
+        if array[0] not in (0.0, 1.0) or (np.diff(array) != 1.0).any()
+    }
+    best = min(rising, key=lambda place: rising[place], default=None)
+    return best if best is not None and rising[best] < math.inf else None
 
 
 def _of_an_opening(table: RawTable, numbers: Mapping[int, Array]) -> int:
-    """The column with a unit of an angle, else that which rises most of its range."""
+    """The column with a unit of an angle, else that which rises most of its range, if unevenly."""
     by_unit = [k for k in numbers if unit_of(table.headers[k]) in UNITS["angle"]]
 
     def rise(place: int) -> float:
         array = numbers[place]
-        whole = bool((np.diff(array) == 1.0).all())  # the number of the row
-        return -1.0 if whole else round(float((array[-1] - array[0]) / np.ptp(array)), 1)
+        if _unevenness(array) < EVEN:  # further times, or the number of the row
+            return -1.0
+        return round(float((array[-1] - array[0]) / np.ptp(array)), 1)
 
     return by_unit[0] if by_unit else max(numbers, key=rise)
 
@@ -102,11 +128,7 @@ def _guess(
         return f"{quantity}=row:{table.period or PERIOD}"
     unit = unit_of(table.headers[place])
     if unit not in UNITS[dimension]:
-        array = numbers[place]
-        if dimension == "time":
-            unit = next(unit for most, unit in SPANS if np.ptp(array) <= most)
-        else:
-            unit = "rad" if np.abs(array).max() <= OPENED else "deg"
+        unit = _likely_unit(dimension, numbers[place])
     return f"{quantity}={_text(table, place)}:{unit}"
 
 
