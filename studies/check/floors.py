@@ -25,7 +25,7 @@ from models.truss.kinematics import rope_speed
 from ocp.arrays import Array
 from studies.check.own_rows import rounding_of_rates
 from studies.check.smoothing.means import noisy_peak
-from studies.check.smoothing.noise import ROUNDING, proven_peak, steepest_slopes
+from studies.check.smoothing.noise import ROUNDING, proven_peak
 from studies.check.smoothing.recovery import kept_rows
 from studies.check.truss_profile import LEAST_ANGLE, TrussProfile
 from studies.drive.motor import motor_speed
@@ -102,15 +102,9 @@ def estimated_floors(found: TrussProfile, deployment: Deployment) -> Floors:
 def exact_rows(found: TrussProfile) -> tuple[Array, Array, Array]:
     """Times, angles, and by how much each angle may be wrong, (m,) each."""
     kept = kept_rows(found.angle.size)
-    measured, recovered = found.measured, found.recovered
-    scale = np.abs(found.scale)
-    time, angle = measured.time[kept], found.angle[kept]
-    wrong = np.maximum(
-        ROUNDING * np.abs(angle),
-        (scale * (SCATTER * recovered.noise.deviation + measured.rounding[found.source]))[kept],
-    )
-    # a time that is wrong is an angle that is
-    return time, angle, wrong + measured.rounding["time"][kept] * steepest_slopes(time, angle)
+    time, angle = found.measured.time[kept], found.angle[kept]
+    by_noise = SCATTER * found.recovered.noise.deviation * np.abs(found.scale)
+    return time, angle, np.maximum(ROUNDING * np.abs(angle), by_noise[kept]) + found.rounding[kept]
 
 
 def _higher(*floors: Floors) -> Floors:
@@ -127,11 +121,12 @@ def floors_of_noise(found: TrussProfile, deployment: Deployment) -> Floors:
     scatter = found.recovered.scatter
     assert scatter is not None
     length, steep = _lengths(found.angle, deployment)
-    floors = {}
+    floors, none = {}, np.ones_like(steep)
     for order, name in enumerate(RATE_NAMES, start=1):
-        for kind, values, off in (("", found.angle, scatter), ("rope-", length, steep * scatter)):
-            peak = noisy_peak(found.measured.time, values, off, order)
-            floors[f"peak-{kind}{name}"] = peak
+        for kind, values, size in (("", found.angle, none), ("rope-", length, steep)):
+            floors[f"peak-{kind}{name}"] = noisy_peak(
+                found.measured.time, values, size * scatter, size * found.rounding, order
+            )
     return floors
 
 

@@ -168,7 +168,8 @@ def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRa
     for key, (value, time) in deployment.extremes.items():
         if key in drawn:
             low, high = drawn[key]
-            ends = (min(low, estimated.get(key, low)), high)
+            unknown = low if found.smooth else -math.inf
+            ends = (min(low, estimated.get(key, unknown)), high)
         else:  # only the drawn curve is known to be as high
             height = sign(key) * value
             floor = proven.get(key, estimated.get(key, -math.inf if sign(key) < 0 else 0.0))
@@ -236,14 +237,14 @@ def _at_the_ends(
     held = []
     for place, (time, angle, word) in enumerate(wanted):
         miss = abs(float(ends.angle[place]) - angle)
-        limit = PROFILE_MISS + recovered.deviation(time, 0)
+        limit = PROFILE_MISS + recovered.deviation(time, 0) + float(found.rounding[-place])
         held.append(at_most(f"miss of the {word} angle", "rad", miss, limit))
     rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
     if study.jerk_limited:  # else zero acceleration means nothing
         rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
     for word, order, unit, values, key in rates:
         peak = ranges[key].value
-        if recovered.fit is None and not found.stated:
+        if not found.smooth and not found.stated:
             held.append(_by_rows(found, word, order, unit, np.abs(values), REST * peak))
             continue
         place = int(np.argmax(np.abs(values)))
@@ -271,10 +272,13 @@ def _by_rows(
 def _within_reach(found: TrussProfile) -> list[Criterion]:
     """No motion backwards and none beyond the open truss, but for noise."""
     recovered, time = found.recovered, found.measured.time
-    if recovered.fit is None:
-        angle, width = found.angle, np.full(time.size, PROFILE_MISS)
+    if not found.smooth:
+        time, angle, wrong = exact_rows(found)
+        width = PROFILE_MISS + (0.0 if found.recovered.fit is None else wrong)
         back = np.append(np.maximum.accumulate(angle)[:-1] - angle[1:], 0.0)
-        back_limit, unit, what = width * 1e-4, "rad", "backward motion"
+        most = float(wrong.max()) if recovered.fit is not None else 0.0
+        back_limit = np.full(time.size, PROFILE_MISS * 1e-4 + 2 * most)
+        width, unit, what = width * np.ones(time.size), "rad", "backward motion"
     else:
         time, width = recovered.band(0)
         _, back_limit = recovered.band(1)

@@ -22,24 +22,27 @@ SHIFTS = 8  # windows that overlap
 LIKELY = 4.0  # standard deviations that are taken off: of thousands of windows none errs by more
 
 
-def noisy_peak(time: Array, values: Array, deviations: Array, order: int) -> float:
+def noisy_peak(time: Array, values: Array, deviations: Array, rounding: Array, order: int) -> float:
     """The least that the peak of a derivative can be.
 
     Parameters
     ----------
-    time, values, deviations : (m,)
-        And the standard deviation of each value, independent of the others.
+    time, values, deviations, rounding : (m,)
+        And the standard deviation of each value, and by how much its digits may be wrong: noise is
+        independent from row to row, and digits cut off even steps are not.
     order : int
         Of the derivative.
     """
     highest, width = 0.0, float(max(order + 2, time.size // NARROWEST))
     while width <= time.size:
-        found = _of_windows(time, values, deviations, order, int(width))
+        found = _of_windows(time, values, deviations, rounding, order, int(width))
         highest, width = max(highest, found), width * GROWTH + 1
     return highest
 
 
-def _of_windows(time: Array, values: Array, deviations: Array, order: int, width: int) -> float:
+def _of_windows(
+    time: Array, values: Array, deviations: Array, rounding: Array, order: int, width: int
+) -> float:
     """The same by the windows of so many rows."""
     starts = np.arange(0, time.size - width + 1, max(1, width // SHIFTS))
     places = starts[:, None] + np.arange(width)
@@ -53,5 +56,6 @@ def _of_windows(time: Array, values: Array, deviations: Array, order: int, width
     # equal parts of all values are no motion, and cost digits
     mean = np.abs(np.einsum("wn,wn->w", weights, values[places] - values[places[:, :1]]))
     wrong = LIKELY * np.sqrt(np.einsum("wn,wn->w", weights**2, deviations[places] ** 2))
+    wrong += np.einsum("wn,wn->w", np.abs(weights), rounding[places])
     sizes = math.factorial(order) / length[:, 0] ** order
     return float((sizes * np.maximum(mean - wrong, 0.0)).max())
