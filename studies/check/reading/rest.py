@@ -131,7 +131,8 @@ def _between_rows(time: Array, risen: Array, count: int) -> float:
         root = risen[seen] ** (1 / power)
         curve = np.polynomial.Polynomial.fit(t, root, 2)
         misfit = float(np.abs(curve(t) - root).max() / root.max())
-        before = [float(x.real) for x in curve.roots() if abs(x.imag) < 1e-9 and x.real <= 0.0]
+        roots = np.asarray(curve.roots(), dtype=complex)
+        before = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real <= 0.0)].tolist()
         if before and misfit < best:
             best, onset = misfit, max(before)
     return float(time[count]) + max(onset, float(time[count - 1] - time[count]))

@@ -44,7 +44,8 @@ def columns_named(table: RawTable, columns: Sequence[Column], **units: str) -> s
     if "time" not in known:
         place = _of_times(table, numbers)
         words.insert(0, _guess(table, "time", place, numbers, DIMENSIONS["time"]))
-        numbers.pop(place, None)
+        if place is not None:
+            del numbers[place]
     if not known.keys() - {"time"} and numbers:
         place = _of_an_opening(table, numbers)
         words.append(_guess(table, "angle", place, numbers, "angle"))
