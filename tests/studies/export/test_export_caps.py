@@ -48,7 +48,7 @@ def test_every_cap_that_is_broken_has_its_line() -> None:
         if key == "peak-motor-load":
             expected = DEPLOYMENT.values[key] - 1.0
         elif key == "least-tension":
-            expected = 0.2 / DEPLOYMENT.values["peak-force"]
+            expected = 0.2 / (DEPLOYMENT.values[key] + 0.2)
         else:
             expected = 1 / 0.8 - 1
         # points on the switches: a quintic follows all but the steps of the jerk
