@@ -19,6 +19,7 @@ SHOWS = {
     "arm-exports": "benchmarks.shows.arm.exports",
     "arm-random": "benchmarks.shows.arm.drawn",
     "check-noise": "benchmarks.shows.drive.check_noise",
+    "check-rounding": "benchmarks.shows.drive.check_rounding",
     "codesign": "benchmarks.shows.scale.codesign",
     "truss-random": "benchmarks.shows.truss_random",
     "truss-words": "benchmarks.shows.truss_words",

@@ -172,8 +172,8 @@ def check_arm(
     return judged(
         measured,
         kind="check-arm",
-        question=f"What does the profile {measured.path.name} leave on the {stage.name} arm "
-        f"in {stage.duration:.6g} s, {driving.kind} drive?",
+        question=f"Does the profile {measured.path.name} keep the limits of the {stage.name} arm, "
+        f"and what does it leave? {stage.duration:.6g} s, {driving.kind} drive",
         configuration=as_dictionary(study),
         arrays=arrays,
         table=table,
@@ -401,12 +401,12 @@ def _torque_cap(k: int, cap: float, replayed: LockedMotion, driving: DrivingColu
 
     held = value - slack <= cap * (1 + CAP_EXCESS)
     decided = not held or value + slack <= cap * (1 + CAP_EXCESS)
-    more = "" if decided else ", not decided within the noise"
+    more = "" if decided else ", and noise may hide that it is broken"
     if not held:
         more = f", broken by {100 * (value / cap - 1):.3g} %"
     noise = f" +- {slack:.3g}" if slack else ""
     sentence = (
-        f"{outcome(held)}: {name} {value:.6g}{noise} N m at "
+        f"{outcome(held, decided)}: {name} {value:.6g}{noise} N m at "
         f"{run.times[place]:.5g} s (cap {cap:.6g}{more})"
     )
     return Criterion(name, "N m", value, cap, held, sentence, decided)

@@ -32,10 +32,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--column",
         action="append",
         default=[],
-        metavar="WHAT=HEADER",
+        metavar="WHAT=HEADER:UNIT",
         help="which column is time, angle, rope_length, root_angle, elbow_angle, root_torque or "
-        "elbow_torque, by header or number from 1, e.g. 'angle=Winkel [deg]'; may be repeated",
+        "elbow_torque, by header or number from 1, with its unit behind a colon, e.g. "
+        "'angle=Winkel:deg'; 'time=row:0.01 s' counts rows; may be repeated",
     )
+    for word in ("from", "to"):
+        parser.add_argument(
+            f"--motion-{word}",
+            metavar="T",
+            help=f"when the motion {'starts' if word == 'from' else 'ends'} by the time of the "
+            "file [s]; else rest that was recorded is found",
+        )
     parser.add_argument(
         "--no-optimum", action="store_true", help="leave out the optimum beside the profile"
     )
@@ -81,6 +89,9 @@ def _command(options: argparse.Namespace) -> str:
     words = ["antenna-ocp", "check", str(options.profile)]
     for column in options.column:
         words += ["--column", column]
+    for flag in ("motion_from", "motion_to"):
+        if getattr(options, flag) is not None:
+            words += [f"--{flag.replace('_', '-')}", getattr(options, flag)]
     if options.no_optimum:
         words.append("--no-optimum")
     return shlex.join(words)
@@ -116,11 +127,12 @@ def _ask_truss(
     from studies.common.configuration import toml_text
     from studies.truss.config import as_dictionary
 
-    _check_length(measured)
     raw = raw_study(options)
     stated = None
     if "duration" in raw:
         stated = stated_study({"minimise": "energy", "duration": raw["duration"]}, console).duration
+    measured = _moving(measured, options, stated)
+    _check_length(measured)
     aims = _aims_within_a_duration(raw.get("minimise", LEAST_BY_DEFAULT))
     if not aims:
         aims = LEAST_BY_DEFAULT
@@ -138,6 +150,24 @@ def _ask_truss(
         content["duration"] = list(stated) if stated[0] != stated[1] else stated[0]
     head = f"# Repeats this check: {_command(options)} input.toml\n\n"
     return result, head + toml_text(content, inline=("minimise",))
+
+
+def _moving(
+    measured: MeasuredProfile, options: argparse.Namespace, asked: tuple[float, float] | None
+) -> MeasuredProfile:
+    """The profile without the rest that was recorded."""
+    from studies.check.reading.rest import moving_part
+
+    begin, end = (_instant(options, f"motion_{word}") for word in ("from", "to"))
+    return moving_part(measured, begin, end, asked)
+
+
+def _instant(options: argparse.Namespace, name: str) -> float | None:
+    """A time of the file that the user states [s]."""
+    from studies.common.configuration import as_number, finite
+
+    text = getattr(options, name)
+    return None if text is None else finite(f"--{name.replace('_', '-')}", as_number(text))
 
 
 def _aims_within_a_duration(minimise: Any) -> Any:
@@ -164,6 +194,8 @@ def _ask_arm(
     from studies.common.configuration import read_toml, toml_text
 
     raw = read_toml(options.study)
+    own = raw.get("duration")
+    measured = _moving(measured, options, (own, own) if isinstance(own, int | float) else None)
     study = arm_study(measured, raw, options.stage, options.torque_cap)
     result = check_arm(
         measured,

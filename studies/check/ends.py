@@ -100,9 +100,6 @@ def at_rest(name: str, unit: str, drawn: float, rate: EndRate, limit: float) -> 
         return Criterion(name, unit, size, limit, False, sentence)
     if drawn <= limit:
         return at_most(name, unit, drawn, limit)
-    why = f"they tell {told}" if math.isfinite(rate.wrong) else "they are too far apart"
-    sentence = (
-        f"{outcome(True)}: {name} {drawn:.3g} {unit} (limit {limit:.3g}, not decided by these "
-        f"rows: {why})"
-    )
-    return Criterion(name, unit, drawn, limit, True, sentence)
+    why = f"the rows tell {told}" if math.isfinite(rate.wrong) else "the rows are too far apart"
+    sentence = f"{outcome(True, False)}: {name} {drawn:.3g} {unit} (limit {limit:.3g}, {why})"
+    return Criterion(name, unit, drawn, limit, True, sentence, decided=False)

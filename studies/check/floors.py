@@ -12,7 +12,7 @@ it is meant, so that none lies below.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import casadi as ca
@@ -24,6 +24,7 @@ from models.truss import rope_length
 from models.truss.kinematics import rope_speed
 from ocp.arrays import Array
 from studies.check.own_rows import rounding_of_rates
+from studies.check.smoothing.means import noisy_peak
 from studies.check.smoothing.noise import ROUNDING, proven_peak
 from studies.check.smoothing.recovery import kept_rows
 from studies.check.truss_profile import LEAST_ANGLE, TrussProfile
@@ -33,9 +34,11 @@ from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
 
 SCATTER = 5.0  # standard deviations of what is no noise that matters, by which a value may be wrong
+RATE_NAMES = ("speed", "acceleration", "jerk")
 OF_THE_JERK = ("peak-jerk", "peak-rope-jerk")
 
 Floors = dict[str, float]
+Scattered = dict[str, tuple[Array, Array]]  # values of rows, and by how much each may be wrong
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,16 +77,17 @@ def estimated_floors(found: TrussProfile, deployment: Deployment) -> Floors:
 
     No proof, but nothing of it is the curve's. Means over twice as many rows miss by four times as
     much where the motion is smooth. So the difference is taken off, and three rows in a row have to
-    say the same. An end that is taken as at rest says what holds the truss there.
+    say the same, less what their digits leave open. An end that is taken as at rest says what
+    holds the truss there.
     """
     time, angle, _ = exact_rows(found)
     if time.size < 8:
         return {}
-    near, wide = (_heights_by_means(time, angle, k, found, deployment) for k in (1, 2))
+    near, wide = (_heights_by_means(k, found, deployment) for k in (1, 2))
     floors = {}
-    for key, values in wide.items():
-        inner = near[key][1:-1]
-        sure = inner - np.abs(inner - values)
+    for key, (values, _) in wide.items():
+        inner, off = (part[1:-1] for part in near[key])
+        sure = inner - np.abs(inner - values) - off
         floors[key] = float(np.lib.stride_tricks.sliding_window_view(sure, 3).min(axis=1).max())
 
     still = [place for place, rest in zip((0, -1), found.recovered.rest, strict=True) if rest == 2]
@@ -98,22 +102,9 @@ def estimated_floors(found: TrussProfile, deployment: Deployment) -> Floors:
 def exact_rows(found: TrussProfile) -> tuple[Array, Array, Array]:
     """Times, angles, and by how much each angle may be wrong, (m,) each."""
     kept = kept_rows(found.angle.size)
-    measured, recovered = found.measured, found.recovered
-    scale = np.abs(found.scale)
-    time, angle = measured.time[kept], found.angle[kept]
-    wrong = np.maximum(
-        ROUNDING * np.abs(angle),
-        (scale * (SCATTER * recovered.noise.deviation + measured.rounding[found.source]))[kept],
-    )
-    # a time that is wrong is an angle that is
-    return time, angle, wrong + measured.rounding["time"][kept] * _slopes(time, angle)
-
-
-def _slopes(time: Array, values: Array) -> Array:
-    """The steeper of both slopes beside each row, (m,)."""
-    slopes = np.abs(np.diff(values) / np.diff(time))
-    found: Array = np.maximum(np.append(slopes, 0.0), np.insert(slopes, 0, 0.0))
-    return found
+    time, angle = found.measured.time[kept], found.angle[kept]
+    by_noise = SCATTER * found.recovered.noise.deviation * np.abs(found.scale)
+    return time, angle, np.maximum(ROUNDING * np.abs(angle), by_noise[kept]) + found.rounding[kept]
 
 
 def _higher(*floors: Floors) -> Floors:
@@ -122,16 +113,38 @@ def _higher(*floors: Floors) -> Floors:
     return {key: max(one[key] for one in floors if key in one) for key in keys}
 
 
+def floors_of_noise(found: TrussProfile, deployment: Deployment) -> Floors:
+    """What the peaks of noisy rows are at least by means over windows, nearly certainly.
+
+    The smoothed curve swings beside a jump, and its band knows nothing of that.
+    """
+    scatter = found.recovered.scatter
+    assert scatter is not None
+    length, steep = _lengths(found.angle, deployment)
+    floors, none = {}, np.ones_like(steep)
+    for order, name in enumerate(RATE_NAMES, start=1):
+        for kind, values, size in (("", found.angle, none), ("rope-", length, steep)):
+            floors[f"peak-{kind}{name}"] = noisy_peak(
+                found.measured.time, values, size * scatter, size * found.rounding, order
+            )
+    return floors
+
+
+def _lengths(angle: Array, deployment: Deployment) -> tuple[Array, Array]:
+    """Lengths of the rope at angles, and by how much an angle changes each, (m,) [m, m/rad]."""
+    truss, within = deployment.truss, ca.DM(np.clip(angle, LEAST_ANGLE, DEPLOYED))
+    length = np.asarray(rope_length(truss, within)).ravel()
+    return length, np.abs(np.asarray(rope_speed(truss, within, 1.0)).ravel())
+
+
 def _by_differences(time: Array, angle: Array, wrong: Array, deployment: Deployment) -> Floors:
     """By divided differences of the angles, and of the rope's lengths that they make."""
     truss = deployment.truss
-    within = np.clip(angle, LEAST_ANGLE, DEPLOYED)
-    length = np.asarray(rope_length(truss, ca.DM(within))).ravel()
-    steep = np.abs(np.asarray(rope_speed(truss, ca.DM(within), 1.0)).ravel())
+    length, steep = _lengths(angle, deployment)
     off = steep * wrong + ROUNDING * length
 
     floors = {}
-    for order, name in enumerate(("speed", "acceleration", "jerk"), start=1):
+    for order, name in enumerate(RATE_NAMES, start=1):
         floors[f"peak-{name}"] = proven_peak(time, angle, wrong, order)
         floors[f"peak-rope-{name}"] = proven_peak(time, length, off, order)
     if deployment.drive is not None and deployment.drive.drum_radius is not None:
@@ -149,6 +162,12 @@ def _stated(found: TrussProfile) -> tuple[AngularMotion, AngularMotion]:
     return law.motion(time), law.motion(np.nextafter(time, 0.0))
 
 
+def _digits(found: TrussProfile) -> dict[str, Array]:
+    """By how much the digits of the rows leave open what they state."""
+    measured = found.measured
+    return {"angle": measured.rounding["angle"], **rounding_of_rates(measured)}
+
+
 def _by_rates(found: TrussProfile, deployment: Deployment) -> Floors:
     """By differences of the speeds, and of the accelerations behind one row and before the next."""
     time = found.measured.time
@@ -162,17 +181,22 @@ def _by_rates(found: TrussProfile, deployment: Deployment) -> Floors:
             "rope-acceleration": truss.rope_acceleration,
         }
 
-    after, before = (_with_scatter(read, rows, found) for rows in _stated(found))
+    half = found.measured.rounding["time"]
+    halves = _digits(found)
+    after, before = (_with_scatter(read, rows, halves) for rows in _stated(found))
     floors = {}
     for kind in ("", "rope-"):
         speed, off = after[f"{kind}speed"]
+        # a time that is wrong is a speed that is
+        off = off + half * np.abs(before[f"{kind}acceleration"][0])
         floors[f"peak-{kind}acceleration"] = proven_peak(time, speed, off, 1)
 
         (first, first_off), (last, last_off) = (
             side[f"{kind}acceleration"] for side in (after, before)
         )
         rise = np.abs(last[1:] - first[:-1]) - last_off[1:] - first_off[:-1]
-        steepest = float((np.maximum(rise, 0.0) / np.diff(time)).max())
+        longest = np.diff(time) + half[1:] + half[:-1]
+        steepest = float((np.maximum(rise, 0.0) / longest).max())
         floors[f"peak-{kind}jerk"] = max(steepest, proven_peak(time, speed, off, 2))
     return floors
 
@@ -183,7 +207,8 @@ def _at_rows(found: TrussProfile, deployment: Deployment) -> Floors:
     def read(rows: AngularMotion) -> dict[str, Array]:
         return _heights(_deployed(found, deployment, rows), found.measured.time)
 
-    sides = [_with_scatter(read, rows, found) for rows in _stated(found)]
+    halves = _digits(found)
+    sides = [_with_scatter(read, rows, halves) for rows in _stated(found)]
     floors = _higher(
         *({key: float((x - off).max()) for key, (x, off) in side.items()} for side in sides)
     )
@@ -193,11 +218,11 @@ def _at_rows(found: TrussProfile, deployment: Deployment) -> Floors:
 
 
 def _with_scatter(
-    read: Callable[[AngularMotion], dict[str, Array]], rows: AngularMotion, found: TrussProfile
-) -> dict[str, tuple[Array, Array]]:
-    """What is read of stated rows, and by how much the digits of these may change it, (m,) each."""
-    measured = found.measured
-    halves = {"angle": measured.rounding["angle"], **rounding_of_rates(measured)}
+    read: Callable[[AngularMotion], dict[str, Array]],
+    rows: AngularMotion,
+    halves: Mapping[str, Array],
+) -> Scattered:
+    """What is read of rows, and by how much what these may be wrong by changes it, (m,) each."""
     centre = read(rows)
     off = {key: ROUNDING * np.abs(values) for key, values in centre.items()}
     for name, half in halves.items():
@@ -222,15 +247,25 @@ def _heights(deployment: Deployment, time: Array) -> dict[str, Array]:
     }
 
 
-def _heights_by_means(
-    time: Array, angle: Array, k: int, found: TrussProfile, deployment: Deployment
-) -> dict[str, Array]:
+def _heights_by_means(k: int, found: TrussProfile, deployment: Deployment) -> Scattered:
     """Heights at the inner rows by the parabola through the k-th rows before and behind each."""
+    time, angle, wrong = exact_rows(found)
     at, left, right = slice(k, -k), slice(0, -2 * k), slice(2 * k, None)
     h, g = time[at] - time[left], time[right] - time[at]
     first, second = (angle[at] - angle[left]) / h, (angle[right] - angle[at]) / g
     turn = 2 * (second - first) / (h + g)
     speed = (first * g + second * h) / (h + g)
     rows = AngularMotion(time[at], angle[at], speed, turn, np.zeros_like(turn))
-    heights = _heights(_deployed(found, deployment, rows), time[at])
-    return {key: values for key, values in heights.items() if key not in OF_THE_JERK}
+
+    off_first, off_second = (wrong[at] + wrong[left]) / h, (wrong[right] + wrong[at]) / g
+    halves = {
+        "angle": wrong[at],
+        "speed": (off_first * g + off_second * h) / (h + g),
+        "acceleration": 2 * (off_first + off_second) / (h + g),
+    }
+
+    def read(rows: AngularMotion) -> dict[str, Array]:
+        heights = _heights(_deployed(found, deployment, rows), time[at])
+        return {key: values for key, values in heights.items() if key not in OF_THE_JERK}
+
+    return _with_scatter(read, rows, halves)

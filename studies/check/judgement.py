@@ -14,7 +14,7 @@ PROFILE = "profile"  # name of the profile as a law among others
 
 
 def verdict_of(checks: Sequence[Criterion], size: str) -> Verdict:
-    """The verdict on a profile, which is measured and never optimal.
+    """The verdict on a profile, which is measured and never optimal: whether it keeps its checks.
 
     Parameters
     ----------
@@ -22,22 +22,24 @@ def verdict_of(checks: Sequence[Criterion], size: str) -> Verdict:
     size : what it comes to, in words.
     """
     failed = [check for check in checks if not check.passed]
-    undecided = [check for check in checks if not check.decided]
-    if not failed and undecided:
-        named = "; ".join(c.sentence.removeprefix(f"{outcome(True)}: ") for c in undecided)
-        return Verdict(
-            "measured",
-            f"measured: breaks none of {len(checks)} checks for certain, {len(undecided)} not "
-            f"decided: {named}; {size}",
+    open_still = [check for check in checks if not check.decided]
+    if failed:
+        more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
+        answer = f"no, it breaks {len(failed)} of {len(checks)} checks: {_plain(failed[0])}{more}"
+    elif open_still:
+        named = "; ".join(map(_plain, open_still))
+        answer = (
+            f"not decided: it breaks none of {len(checks)} checks for certain, but "
+            f"{len(open_still)} {'is' if len(open_still) == 1 else 'are'} not decided: {named}"
         )
-    if not failed:
-        return Verdict("measured", f"measured: keeps all {len(checks)} checks; {size}")
+    else:
+        answer = f"yes, it keeps all {len(checks)} checks"
+    return Verdict("measured", f"{answer}; {size}")
 
-    first = failed[0].sentence.removeprefix(f"{outcome(False)}: ")
-    more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
-    return Verdict(
-        "measured", f"measured: breaks {len(failed)} of {len(checks)} checks: {first}{more}; {size}"
-    )
+
+def _plain(check: Criterion) -> str:
+    """The sentence of a check without its outcome."""
+    return check.sentence.removeprefix(f"{outcome(check.passed, check.decided)}: ")
 
 
 def judged(

@@ -38,6 +38,8 @@ def rounding_of_rates(measured: MeasuredProfile) -> dict[str, Array]:
 
 def _rates(measured: MeasuredProfile) -> dict[str, Array]:
     """The columns of rates that this program writes, as far as they are there, in SI."""
+    if (measured.kept < 0).any():
+        return {}
     table = measured.table
     places = {header.split("[")[0].strip(): place for place, header in enumerate(table.headers)}
     rates: dict[str, Array] = {}
@@ -48,5 +50,8 @@ def _rates(measured: MeasuredProfile) -> dict[str, Array]:
             arrays = table.column(tuple(places[name] for name in names))
         except StudyError:  # empty cells, as of a jerk where the acceleration jumps
             continue
-        rates |= {name: np.asarray(array) for name, array in zip(names, arrays, strict=True)}
+        rates |= {
+            name: np.asarray(array)[measured.kept]
+            for name, array in zip(names, arrays, strict=True)
+        }
     return rates

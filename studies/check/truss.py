@@ -17,7 +17,13 @@ import numpy as np
 from models.laws import Law
 from ocp.arrays import Array
 from studies.check.ends import at_rest, end_rate
-from studies.check.floors import estimated_floors, exact_rows, proven_floors, sign
+from studies.check.floors import (
+    estimated_floors,
+    exact_rows,
+    floors_of_noise,
+    proven_floors,
+    sign,
+)
 from studies.check.judgement import PROFILE, judged
 from studies.check.optimum import OPTIMUM, optimum_of
 from studies.check.reading.profile import MeasuredProfile
@@ -31,16 +37,14 @@ from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.tolerances import (
     BACKWARD,
-    CAPS,
     IMBALANCE,
     PROFILE_MISS,
     REST,
-    TENSION,
 )
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile
 from studies.truss.motions.laws import BEFORE, RATES, paper_laws
-from studies.truss.quantities import QUANTITIES
+from studies.truss.quantities import QUANTITIES, Quantity
 
 MOST_ROWS = 4000  # of the file that are kept for the figures
 ALIKE = 0.005  # relative: peaks that differ by less are called equal
@@ -110,7 +114,8 @@ def check_truss(
     beside, remark = _beside(study, measured.duration, console or Console(), optimum)
 
     bounds = lower_bounds(study, None, longest=measured.duration)
-    broken = {key: excess for key in QUANTITIES if (excess := _excess(study, key, ranges)) > 0}
+    surely = {key: p.high if key == "least-tension" else p.low for key, p in ranges.items()}
+    broken = broken_caps(study, surely)
     table = _table(study, [deployment, *beside], bounds, broken)
     margins = margins_of(deployment)
     return judged(
@@ -123,7 +128,7 @@ def check_truss(
         table=table,
         bounds=bounds,
         checks=(*_criteria(study, found, deployment, ranges, broken, stated), *margins.checks),
-        size=_size(ranges, beside),
+        size=_size(study, table, ranges),
         remarks=[*margins.sentences, *_about(found), remark, *comparison(table, ranges)],
         details={
             "noise": found.recovered.noise._asdict() | {"of": found.source},
@@ -156,31 +161,24 @@ def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRa
     proven, estimated = {}, {}
     if recovered.fit is None:
         proven, estimated = proven_floors(found, deployment), estimated_floors(found, deployment)
+    else:
+        estimated = floors_of_noise(found, deployment)
 
     ranges = {}
     for key, (value, time) in deployment.extremes.items():
         if key in drawn:
-            ends = drawn[key]
+            low, high = drawn[key]
+            unknown = low if found.smooth else -math.inf
+            ends = (min(low, estimated.get(key, unknown)), high)
         else:  # only the drawn curve is known to be as high
             height = sign(key) * value
             floor = proven.get(key, estimated.get(key, -math.inf if sign(key) < 0 else 0.0))
             ends = (min(floor, height), height)
+        if sign(key) > 0:  # noise alone makes no peak negative
+            ends = (max(ends[0], 0.0), ends[1])
         low, high = sorted(sign(key) * end for end in ends)
         ranges[key] = PeakRange(value, time, min(low, value), max(high, value), key not in proven)
     return ranges
-
-
-def _excess(study: TrussStudy, key: str, ranges: Mapping[str, PeakRange]) -> float:
-    """By how much a cap is broken for certain, relative; 0 where it is not."""
-    cap = cap_of(study, key)
-    if cap is None or key not in ranges:
-        return 0.0
-    if key == "least-tension":
-        force = ranges["peak-force"].value
-        excess, allowed = (cap - ranges[key].high) / force, TENSION
-    else:
-        excess, allowed = ranges[key].low / cap - 1, CAPS
-    return excess if excess > allowed else 0.0
 
 
 def _table(
@@ -239,14 +237,14 @@ def _at_the_ends(
     held = []
     for place, (time, angle, word) in enumerate(wanted):
         miss = abs(float(ends.angle[place]) - angle)
-        limit = PROFILE_MISS + recovered.deviation(time, 0)
+        limit = PROFILE_MISS + recovered.deviation(time, 0) + float(found.rounding[-place])
         held.append(at_most(f"miss of the {word} angle", "rad", miss, limit))
     rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
     if study.jerk_limited:  # else zero acceleration means nothing
         rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
     for word, order, unit, values, key in rates:
         peak = ranges[key].value
-        if recovered.fit is None and not found.stated:
+        if not found.smooth and not found.stated:
             held.append(_by_rows(found, word, order, unit, np.abs(values), REST * peak))
             continue
         place = int(np.argmax(np.abs(values)))
@@ -274,10 +272,13 @@ def _by_rows(
 def _within_reach(found: TrussProfile) -> list[Criterion]:
     """No motion backwards and none beyond the open truss, but for noise."""
     recovered, time = found.recovered, found.measured.time
-    if recovered.fit is None:
-        angle, width = found.angle, np.full(time.size, PROFILE_MISS)
+    if not found.smooth:
+        time, angle, wrong = exact_rows(found)
+        width = PROFILE_MISS + (0.0 if found.recovered.fit is None else wrong)
         back = np.append(np.maximum.accumulate(angle)[:-1] - angle[1:], 0.0)
-        back_limit, unit, what = width * 1e-4, "rad", "backward motion"
+        most = float(wrong.max()) if recovered.fit is not None else 0.0
+        back_limit = np.full(time.size, PROFILE_MISS * 1e-4 + 2 * most)
+        width, unit, what = width * np.ones(time.size), "rad", "backward motion"
     else:
         time, width = recovered.band(0)
         _, back_limit = recovered.band(1)
@@ -318,18 +319,28 @@ def _cap(
     quantity = QUANTITIES[key]
     within = f", in [{peak.low:.6g}, {peak.high:.6g}]" if peak.high > peak.low else ""
     value = f"{quantity.title} {peak.value:.6g} {quantity.unit} at {peak.time:.5g} s{within}"
-    if excess > 0:
-        by = "exceeded by an estimated" if peak.estimated else "broken by at least"
-        sentence = f"FAILED: {value} (cap {cap:.6g}, {by} {100 * excess:.3g} %)"
-    elif beyond:  # by the drawn curve alone, or by no more than the noise
-        sentence = f"passed: {value} (cap {cap:.6g}, not decided: a motion within may keep it)"
-    elif possible:
-        sentence = f"passed: {value} (cap {cap:.6g}, not decided: a motion within may break it)"
-    else:
-        sentence = f"passed: {value} (cap {cap:.6g})"
     passed = excess <= 0
     decided = not (passed and (beyond or possible))
+    more = ""
+    if not passed:
+        more = f", {_by_how_much(quantity, cap, excess, peak.estimated)}"
+    elif not decided:  # beyond it is the drawn curve alone, or no more than the noise
+        more = f", a motion within may {'keep' if beyond else 'break'} it"
+    sentence = f"{outcome(passed, decided)}: {value} (cap {cap:.6g}{more})"
     return Criterion(quantity.title, quantity.unit, peak.value, cap, passed, sentence, decided)
+
+
+def _by_how_much(quantity: Quantity, cap: float, excess: float, estimated: bool) -> str:
+    """In words, by how much a cap is broken."""
+    part = f"{100 * excess:.3g} %"
+    if quantity.kind == "least":
+        how = "an estimated" if estimated else "at least"
+        return (
+            f"short by {how} {part}"
+            if cap > 0
+            else f"the rope pushes, by {how} {part} of its force"
+        )
+    return f"{'exceeded by an estimated' if estimated else 'broken by at least'} {part}"
 
 
 def _about(found: TrussProfile) -> list[str]:
@@ -378,12 +389,13 @@ def _against(value: float, other: float, law: str) -> str:
     return f"{abs(100 * ratio):.3g} % {'above' if ratio > 0 else 'below'} {law}"
 
 
-def _size(ranges: Mapping[str, PeakRange], beside: Sequence[Deployment]) -> str:
-    """What the profile comes to, for its verdict."""
-    peak, other = ranges["peak-acceleration"], beside[0]
-    against = _against(peak.value, other.values["peak-acceleration"], other.name)
-    bound = 100 * peak.bound
-    return f"peak angular acceleration {peak.value:.4g} rad/s^2 +- {bound:.2g} %, {against}"
+def _size(study: TrussStudy, table: Sequence[TableRow], ranges: Mapping[str, PeakRange]) -> str:
+    """What the profile comes to in the first objective of the study, for its verdict."""
+    first = study.objectives[0]
+    row = next(row for row in table if row.key == first)
+    (_, own), (law, other), *_ = row.values.items()
+    bound = f" +- {100 * ranges[first].bound:.2g} %" if first in ranges else ""
+    return f"{row.title} {number(own, 4)} {row.unit}{bound}, {_against(own, other, law)}"
 
 
 def _series(

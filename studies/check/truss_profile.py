@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -16,12 +17,14 @@ from ocp.arrays import Array
 from studies.check.own_rows import stated_law
 from studies.check.reading.profile import SAME, MeasuredProfile
 from studies.check.reading.raw_table import refuse
-from studies.check.smoothing.noise import NoiseEstimate
+from studies.check.smoothing.noise import NoiseEstimate, steepest_slopes
 from studies.check.smoothing.recovery import Recovered, recover
 from studies.truss.config import DEPLOYED
 
 BEYOND = 0.05  # of the rope's travel: lengths further outside are another rope's, or another unit's
 LEAST_ANGLE = 0.01  # [rad], below which the model's rope hardly moves; noise may reach it
+DIGITS = 0.5  # of the scatter: more of it by digits is no noise
+FOLLOWS = 1.5  # times the scatter of the rows: by more a curve misses what these tell
 FAR_BEYOND = 0.5  # [rad] past both ends: an angle of something else
 
 
@@ -73,6 +76,29 @@ class TrussProfile:
     recovered: Recovered
     stated: bool = False
 
+    @cached_property
+    def rounding(self) -> Array:
+        """By how much the digits of values and times leave each angle open, (m,) [rad]."""
+        of_values = np.abs(self.scale) * self.measured.rounding[self.source]
+        # a time that is wrong is an angle that is
+        slopes = steepest_slopes(self.measured.time, self.angle)
+        return of_values + self.measured.rounding["time"] * slopes
+
+    @cached_property
+    def smooth(self) -> bool:
+        """Whether the smoothed curve and its band tell what the rows do not.
+
+        They do not where digits that were cut off are most of the scatter, as these are no noise
+        that is independent from row to row, nor where the curve does not follow the rows, as where
+        the acceleration jumps.
+        """
+        recovered = self.recovered
+        if recovered.fit is None or recovered.scatter is None:
+            return False
+        cut = float(np.median(self.rounding / recovered.scatter))
+        follows = recovered.fit.noise <= FOLLOWS * recovered.noise.deviation
+        return cut < DIGITS and follows
+
     def reachable(self, truss: TrussParameters, law: Law | None = None) -> ReachableLaw:
         """The recovered law, or another one, as the model can take it."""
         return ReachableLaw(law or self.recovered.law, truss.pulley_friction > 0)
@@ -103,7 +129,13 @@ def recover_truss(measured: MeasuredProfile, truss: TrussParameters) -> TrussPro
     if law is not None:
         exact = Recovered(law, NoiseEstimate(0.0, 0.0, False), (2, 2), None)
         return TrussProfile(measured, angle, scale, source, exact, stated=True)
-    return TrussProfile(measured, angle, scale, source, recover(measured.time, angle, scale))
+    return TrussProfile(
+        measured,
+        angle,
+        scale,
+        source,
+        recover(measured.time, angle, scale, measured.rounding["time"]),
+    )
 
 
 def _check_range(measured: MeasuredProfile, angle: Array) -> None:

@@ -74,9 +74,11 @@ class Verdict:
             raise ValueError(f"the verdict is {self.kind!r}; choose one of {known}")
 
 
-def outcome(passed: bool) -> str:
+def outcome(passed: bool, decided: bool = True) -> str:
     """How the sentence of a criterion begins; what failed is to catch the eye."""
-    return "passed" if passed else "FAILED"
+    if not passed:
+        return "FAILED"
+    return "passed" if decided else "not decided"
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ class Criterion:
     name, unit : what was checked.
     value, limit : found, and the most (of a tension: the least) that passes; nan where the check
         has no number.
-    passed : whether it is met.
+    passed : whether it is met; what is not decided does not fail.
     sentence : in words; made from the others where it is not given.
     decided : whether all that the value may be, as by noise, passes or fails alike.
     """
@@ -104,7 +106,7 @@ class Criterion:
     def __post_init__(self) -> None:
         if not self.sentence:
             numbers = f"{self.value:.9g} {self.unit} (limit {self.limit:.9g})"
-            sentence = f"{outcome(self.passed)}: {self.name} {numbers}"
+            sentence = f"{outcome(self.passed, self.decided)}: {self.name} {numbers}"
             object.__setattr__(self, "sentence", sentence)
 
 

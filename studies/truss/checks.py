@@ -110,17 +110,21 @@ def cap_of(study: TrussStudy, key: str) -> float | None:
 
 
 def broken_caps(study: TrussStudy, values: Mapping[str, float]) -> dict[str, float]:
-    """Caps that these values break, and by how much, relative."""
+    """Caps that these values break, and by how much: relative to the cap.
+
+    A rope that pushes, with a least tension of 0, does so relative to the peak rope force.
+    """
     broken = {}
     for key in ROWS:
         cap, value = cap_of(study, key), values.get(key, math.nan)
         if cap is None or math.isnan(value):
             continue
         # a tension is a small share of the motor's force, and accurate to a share of it
-        size = values["peak-force"] if key == "least-tension" else cap
-        excess = (cap - value if key == "least-tension" else value - cap) / size
-        if excess > (TENSION if key == "least-tension" else CAPS):
-            broken[key] = excess
+        least = key == "least-tension"
+        excess = cap - value if least else value - cap
+        allowed = TENSION * values["peak-force"] if least else CAPS * cap
+        if excess > allowed:
+            broken[key] = excess / (cap or values["peak-force"])
     return broken
 
 

@@ -1,8 +1,8 @@
 """Text with columns, in the dialects that people and instruments write.
 
-Separators (comma, semicolon, tab, bar, blanks), decimal commas, byte-order marks, comments, lines
-above the header, and a row of units below it are recognised. The numbers are read in one pass
-that holds no text, so that ten million rows fit into memory.
+Separators (comma, semicolon, tab, bar, blanks), decimal commas, byte-order marks, comments, blocks
+above the header, and a row of units are recognised. The numbers are read in one pass that holds no
+text, so that ten million rows fit into memory.
 """
 
 from __future__ import annotations
@@ -17,19 +17,18 @@ from pathlib import Path
 import numpy as np
 
 from ocp.arrays import Array
+from studies.check.reading.layout import Layout, clock, layout_of
 from studies.check.reading.raw_table import RawTable, refuse
 from studies.common.exit_codes import quoted
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
-COMMENTS = ("#", "%", "//")
 HEAD = 65536  # bytes from which a layout is told
-SEEN = 40  # lines of numbers by which a separator is judged
 
-_POINT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|nan|[-+]?inf", re.IGNORECASE)
-_COMMA = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eEdD][-+]?\d+)?")
+# where the lines of a file end, and nowhere else: U+2028 or a form feed ends none
+_LINES = re.compile(r"\r\n|\n|\r")
+_COMMENT = re.compile(r"\s*(?:#(?!N/A|[A-Z0-9/]+[!?])|%|//)")  # errors of spreadsheets are none
+_WIDE_BLANKS = re.compile(r"\t|\s{2,}")
 _FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[-+]?\d)")  # the D of 1.0D-03
-_PLACE = re.compile(r"string '(?P<cell>.*)' to float64 at row (?P<row>\d+)")
-_RAGGED = re.compile(r"at row (?P<row>\d+)")
 
 
 @dataclass(frozen=True)
@@ -41,15 +40,13 @@ class TextLayout:
     encoding : of the file.
     separator : between cells; None stands for any blanks.
     decimal : sign of the decimals.
-    headers : texts of the header row, with the units of a row below it.
-    skipped : lines above the first numbers.
+    table : where it stands among the lines.
     """
 
     encoding: str
     separator: str | None
     decimal: str
-    headers: tuple[str, ...]
-    skipped: int
+    table: Layout
 
     def __str__(self) -> str:
         decimal = "decimal commas" if self.decimal == "," else "decimal points"
@@ -62,7 +59,7 @@ def read_delimited(path: Path) -> RawTable:
     Raises
     ------
     StudyError
-        If it is binary, has no header or no rows, or a cell is no number.
+        If it is binary or has no rows of numbers, or a cell is no number.
     """
     layout = _layout(path)
 
@@ -72,15 +69,15 @@ def read_delimited(path: Path) -> RawTable:
     def line_of(row: int) -> str:
         return f"row {row + 1} below the header"
 
-    return RawTable(path, layout.headers, column, str(layout), line_of)
+    found = layout.table
+    return RawTable(path, found.headers, column, str(layout), line_of, found.columns, found.period)
 
 
 def _layout(path: Path) -> TextLayout:
     with path.open("rb") as file:
         head = file.read(HEAD)
     encoding = _encoding(path, head)
-    text = head.decode(encoding, errors="replace")
-    lines = text.splitlines()
+    lines = _LINES.split(head.decode(encoding, errors="replace"))
     if len(head) == HEAD:
         lines = lines[:-1]  # cut in the middle
 
@@ -91,10 +88,17 @@ def _layout(path: Path) -> TextLayout:
     if not found:
         refuse(
             path,
-            "cannot be understood: no header stands above columns of numbers; give a first row "
-            "like 'time [s],angle [rad]' and one number a cell",
+            "holds no rows of numbers that are alike; give a first row like 'time [s],angle [rad]' "
+            "and one number a cell",
         )
     _, layout = max(found, key=lambda item: item[0])
+    if layout.table.unreadable:
+        line = layout.table.unreadable[0]
+        refuse(
+            path,
+            f"cannot be understood in line {line + 1}, {quoted(lines[line])}, above its first "
+            "numbers; mend that row, or take it out",
+        )
     return layout
 
 
@@ -125,84 +129,50 @@ def cells_of(line: str, separator: str | None) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _is_number(cell: str, decimal: str) -> bool:
-    pattern = _COMMA if decimal == "," else _POINT
-    return pattern.fullmatch(cell) is not None
-
-
 def _fits(
     lines: list[str], separator: str | None, decimal: str, encoding: str
-) -> tuple[tuple[int, int, int], TextLayout] | None:
+) -> tuple[tuple[bool, int, int, int], TextLayout] | None:
     """How well a separator and a decimal sign fit a text: rows in order, columns, precedence."""
     if separator == "," and decimal == ",":
         return None
-    first, width = _first_numbers(lines, separator, decimal)
-    if first is None:
+    rows = [[] if _COMMENT.match(line) else cells_of(line, separator) for line in lines]
+    others = [_other_cells(line) for line in lines]
+    table = layout_of(rows, decimal, others)
+    if table is None:
         return None
-
-    rows = [line for line in lines[first:] if line.strip()][:SEEN]
-    fitting = sum(len(cells_of(line, separator)) == width for line in rows)
-    header, units = _headers(lines[:first], separator, width)
-    if not header:
-        return None
-    joined = tuple(
-        f"{name} [{unit.strip('[]()')}]" if unit.strip("[]() -") else name
-        for name, unit in zip(header, units or [""] * width, strict=True)
-    )
 
     # of two that fit, the one whose numbers have decimals, and a sign before blanks
-    precise = sum(decimal in cell for line in rows[:5] for cell in cells_of(line, separator))
-    score = (fitting, width, precise + (separator is not None))
-    return score, TextLayout(encoding, separator, decimal, joined, first)
+    first = rows[table.first : table.first + 5]
+    precise = sum(decimal in cell for row in first for cell in row)
+    several = len(table.columns) > 1
+    score = (several, table.fitting, len(table.columns), precise + (separator is not None))
+    return score, TextLayout(encoding, separator, decimal, table)
 
 
-def _first_numbers(lines: list[str], separator: str | None, decimal: str) -> tuple[int | None, int]:
-    """Place and width of the first row with at least two numbers and nothing but numbers."""
-    for place, line in enumerate(lines):
-        if line.lstrip().startswith(COMMENTS):
-            continue
-        cells = cells_of(line, separator)
-        numbers = [_is_number(cell, decimal) for cell in cells if cell]
-        # a column of words, such as a state, may stand beside the numbers
-        if len(numbers) >= 2 and sum(numbers) >= 2 and numbers[0]:
-            return place, len(cells)
-    return None, 0
-
-
-def _headers(
-    above: list[str], separator: str | None, width: int
-) -> tuple[list[str], list[str] | None]:
-    """The header row, and the row of units below it where there is one."""
-    # instruments write the header as a comment, too
-    plain = [line for line in above if not line.lstrip().startswith(COMMENTS)]
-    commented = [line.lstrip().lstrip("#%/ ") for line in above]
-    for candidates in (plain, commented):
-        rows = [cells_of(line, separator) for line in candidates]
-        rows = [row for row in rows if len(row) == width and any(row)]
-        if len(rows) > 1 and _are_units(rows[-1]):
-            return rows[-2], rows[-1]
-        if rows:
-            return rows[-1], None
-    return [], None
-
-
-def _are_units(cells: list[str]) -> bool:
-    from studies.check.reading.headers import is_unit
-
-    stated = [cell.strip("[]() ") for cell in cells]
-    return any(map(is_unit, stated)) and all(not cell or is_unit(cell) for cell in stated)
+def _other_cells(line: str) -> list[list[str]]:
+    """What else may be the cells of a header: with other separators than its rows, or a comment."""
+    plain = line.lstrip().lstrip("#%/ ")
+    split = [cells_of(plain, separator) for separator in SEPARATORS]
+    return [*split, [cell.strip() for cell in _WIDE_BLANKS.split(plain.strip())]]
 
 
 def _is_ambiguous(lines: list[str]) -> bool:
     """Whether commas separate and stand in numbers as well: '0,5,0,0768' below 'time,angle'."""
-    first, width = _first_numbers(lines, ",", ".")
-    head = next((line for line in lines[: first or 0][::-1] if line.strip()), "")
-    return first is not None and width > 2 and 2 * len(cells_of(head, ",")) == width
+    rows = [cells_of(line, ",") for line in lines]
+    first = next((k for k, row in enumerate(rows) if row and all(map(_is_whole, row))), 0)
+    if first == 0:
+        return False
+    head, row = rows[first - 1], rows[first]
+    return len(row) > 2 and 2 * len(head) == len(row)
+
+
+def _is_whole(cell: str) -> bool:
+    return cell.lstrip("-+").isdecimal()
 
 
 def _columns(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Array]:
     """The numbers of some columns, in one pass."""
-    with path.open(encoding=layout.encoding, errors="replace", newline=None) as file:
+    with _opened(path, layout) as file:
         try:
             values = np.loadtxt(
                 _rows(path, file, layout),
@@ -212,19 +182,55 @@ def _columns(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Ar
                 quotechar='"',
                 ndmin=2,
             )
-        except ValueError as error:
-            refuse(path, _what_is_wrong(str(error)))
+        except ValueError:
+            return _cell_by_cell(path, layout, places)
     return list(np.ascontiguousarray(values.T))
+
+
+def _opened(path: Path, layout: TextLayout) -> io.TextIOWrapper:
+    return path.open(encoding=layout.encoding, errors="replace", newline=None)
+
+
+def _cell_by_cell(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Array]:
+    """The same, with times of day, and nan where a cell is empty; what is no number is refused."""
+    columns: list[list[float]] = [[] for _ in places]
+    with _opened(path, layout) as file:
+        for row, line in enumerate(_rows(path, file, layout), start=1):
+            cells = cells_of(line, layout.separator)
+            for column, place in zip(columns, places, strict=True):
+                if place >= len(cells):
+                    refuse(
+                        path,
+                        f"is ragged: cells are missing in row {row} below the header; give as many "
+                        "cells in each row as in the header",
+                    )
+                column.append(_number_in(path, cells[place], f"row {row} below the header"))
+    return [np.array(column) for column in columns]
+
+
+def _number_in(path: Path, cell: str, where: str) -> float:
+    if not cell:
+        return np.nan
+    seconds = clock(cell)
+    if seconds is not None:
+        return seconds
+    try:
+        return float(cell)
+    except ValueError:
+        refuse(
+            path,
+            f"cannot be understood: {quoted(cell)} in {where} is no number; give one number a cell",
+        )
 
 
 def _rows(path: Path, file: io.TextIOWrapper, layout: TextLayout) -> Iterator[str]:
     """Lines of numbers with decimal points, and exponents behind an e."""
-    for _ in range(layout.skipped):
+    for _ in range(layout.table.first):
         next(file)
     comma, separator = layout.decimal == ",", layout.separator
     row, most = 0, None
     for line in file:
-        if line.lstrip().startswith(COMMENTS) or not line.strip():
+        if _COMMENT.match(line) or not line.strip():
             continue
         row += 1
         # a cell too many shifts what stands behind it; one that is quoted may hold separators
@@ -240,19 +246,3 @@ def _rows(path: Path, file: io.TextIOWrapper, layout: TextLayout) -> Iterator[st
         if "D" in line or "d" in line:
             line = _FORTRAN.sub("e", line)
         yield line.replace(",", ".") if comma else line
-
-
-def _what_is_wrong(error: str) -> str:
-    """The reader's complaint in our words."""
-    place = _PLACE.search(error)
-    if place is not None:
-        cell, row = place["cell"], int(place["row"]) + 1
-        if not cell.strip():
-            return f"has an empty cell in row {row} below the header; give a number in each cell"
-        return (
-            f"cannot be understood: {quoted(cell)} in row {row} below the header is no number; "
-            "give one number a cell"
-        )
-    ragged = _RAGGED.search(error)
-    where = f" in row {int(ragged['row'])} below the header" if ragged else ""
-    return f"is ragged: cells are missing{where}; give as many cells in each row as in the header"

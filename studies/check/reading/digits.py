@@ -15,7 +15,8 @@ def half_a_digit(values: Array) -> Array:
     """Half a unit of the last digit of numbers (m,) as a file states them.
 
     A column has a number of decimals or a number of significant digits, and single numbers hide
-    zeros at their end. So the most of either counts, and of both units the larger one.
+    zeros at their end. So the most of either counts, and of both units the larger one. If single
+    precision gives the same numbers, its digits count.
     """
     some = np.unique(np.linspace(0, values.size - 1, min(values.size, SEEN)).round().astype(int))
     decimals, significant = 0, 1
@@ -26,16 +27,22 @@ def half_a_digit(values: Array) -> Array:
 
     sizes = np.abs(values)
     exponents = np.floor(np.log10(sizes, out=np.full(sizes.size, -np.inf), where=sizes > 0))
-    unit: Array = np.maximum(10.0**-decimals, 10.0 ** (exponents - significant + 1))
-    return unit / 2
+    half: Array = np.maximum(10.0**-decimals, 10.0 ** (exponents - significant + 1)) / 2
+
+    with np.errstate(over="ignore"):
+        single = values.astype(np.float32)
+    if (np.abs(single - values) <= half).all():
+        half = np.maximum(half, np.spacing(np.abs(single)).astype(float) / 2)
+    return half
 
 
 def half_a_digit_of_times(time: Array) -> Array:
-    """The same of the times of rows (m,) [s]; 0 where they are exact.
+    """The same of the times of rows (m,) in their own unit.
 
-    Digits cut off shift times that should be even by up to a unit. Times that are even, or far
-    from it, are those that were meant.
+    Times that are even are those that were meant, to the precision of a number in memory.
     """
-    half, uneven = half_a_digit(time), float(np.ptp(np.diff(time)))
-    rounding = 4 * np.finfo(float).eps * float(np.abs(time).max())
-    return half if rounding < uneven <= 4 * float(np.median(half)) else np.zeros_like(time)
+    precision: Array = np.spacing(np.abs(time))
+    uneven = float(np.ptp(np.diff(time)))
+    if uneven <= 4 * float(precision.max()):
+        return precision
+    return np.maximum(half_a_digit(time), precision)

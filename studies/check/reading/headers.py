@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from studies.check.reading.raw_table import RawTable, listed, refuse
@@ -15,14 +16,16 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {
         **dict.fromkeys(("s", "sec", "secs", "second", "seconds", "sekunden"), 1.0),
         **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e-3),
-        **dict.fromkeys(("us", "µs", "μs", "microseconds"), 1e-6),
+        **dict.fromkeys(("us", "µs", "μs", "usec", "microseconds"), 1e-6),
+        **dict.fromkeys(("ns", "nsec", "nanoseconds"), 1e-9),
         **dict.fromkeys(("min", "minute", "minutes"), 60.0),
         **dict.fromkeys(("h", "hour", "hours"), 3600.0),
     },
     "angle": {
         **dict.fromkeys(("rad", "radian", "radians"), 1.0),
         "mrad": 1e-3,
-        **dict.fromkeys(("deg", "°", "degree", "degrees"), math.pi / 180),
+        **dict.fromkeys(("deg", "°", "degree", "degrees", "grad"), math.pi / 180),
+        "mdeg": math.pi / 180e3,
         **dict.fromkeys(("rev", "turn", "turns"), 2 * math.pi),
     },
     "length": {
@@ -38,6 +41,10 @@ UNITS: dict[str, dict[str, float]] = {
         **dict.fromkeys(("knm", "kn m", "kn·m"), 1e3),
     },
 }
+# of other quantities, which stand beside these in a row of units
+OTHER_UNITS = ("1", "-", "n", "w", "v", "a", "k", "%", "°c", "rpm", "volt", "volts", "counts")
+ROW_NUMBER = -1
+ROWS = "row"  # in place of a header: the number of the row, from 0
 SI = {"time": "s", "angle": "rad", "length": "m", "torque": "N m"}
 DIMENSIONS = {
     "time": "time",
@@ -52,7 +59,7 @@ QUANTITIES = tuple(DIMENSIONS)
 
 # other names of a quantity, with bars between them
 _NAMES = {
-    "time": "time|t|zeit|temps|tiempo|tempo|elapsed time|time stamp|timestamp",
+    "time": "time|t|zeit|temps|tiempo|tempo|elapsed time|time stamp|timestamp|uhrzeit|x value",
     "angle": "angle|alpha|α|phi|theta|winkel|deployment angle|angolo|ángulo|measured angle",
     "rope_length": "rope length|rope|length of rope|length|l|cable length|seillänge|cord length",
     "root_angle": "root angle|angle root|shoulder angle|joint 1 angle|q1",
@@ -75,7 +82,7 @@ class Column:
     Attributes
     ----------
     quantity : one of `QUANTITIES`.
-    place : of the column in its table.
+    place : of the column in its table; `ROW_NUMBER` if it is the number of the row.
     header : as it stands in the file.
     unit : as it stands in the file; empty where none is stated.
     factor : from that unit to SI.
@@ -99,9 +106,20 @@ class Column:
 def is_unit(text: str) -> bool:
     """Whether a text is a unit and nothing else."""
     plain = _plain_unit(text)
-    return plain in ("1", "-", "n", "w", "v", "a") or any(
-        plain in known for known in UNITS.values()
-    )
+    return plain in OTHER_UNITS or any(plain in known for known in UNITS.values())
+
+
+def unit_of(header: str) -> str:
+    """The unit that a header states, as `UNITS` writes it; empty for none."""
+    return _plain_unit(_split(header)[1])
+
+
+def says_something(cell: str) -> bool:
+    """Whether a cell of a header names a quantity or a unit that is understood."""
+    name, unit = _split(cell)
+    if _plain_name(name) in NAMES:
+        return True
+    return bool(unit) and any(_plain_unit(unit) in known for known in UNITS.values())
 
 
 def _plain_unit(text: str) -> str:
@@ -113,35 +131,75 @@ def _plain_name(text: str) -> str:
     return re.sub(r"[\s_\-]+", " ", unicodedata.normalize("NFC", spaced)).strip().lower()
 
 
-def understood(table: RawTable, asked: dict[str, str] | None = None) -> list[Column]:
-    """The columns of a table that are understood.
+def understood(table: RawTable, asked: Mapping[str, str]) -> list[Column]:
+    """The columns of a table that are understood: by their names, or by a unit that one alone has.
 
     Parameters
     ----------
-    asked : mapping, optional
-        Headers that the user names, by quantity, each with a unit in brackets where he gives one.
+    asked : mapping
+        Headers that the user names, by quantity, each with ":UNIT" behind it if he gives one.
 
     Raises
     ------
     StudyError
         If a unit of such a column is unknown, or a column that the user names is not there.
     """
-    asked = asked or {}
-    named = {
-        _place(table, header): (quantity, _split(header)[1]) for quantity, header in asked.items()
-    }
-    columns = []
+    columns = [_named(table, quantity, text) for quantity, text in asked.items()]
+    taken = {column.place for column in columns}
     for place, header in enumerate(table.headers):
-        if place in named:
-            quantity, unit = named[place]
-            unit = unit or _split(header)[1]
-        else:
-            name, unit = _split(header)
-            quantity = NAMES.get(_plain_name(name), "")
-            if not quantity or quantity in asked:
-                continue
-        columns.append(_column(table, quantity, place, header, unit))
-    return columns
+        name, unit = _split(header)
+        quantity = NAMES.get(_plain_name(name), "")
+        if quantity and quantity not in asked and place not in taken:
+            columns.append(_column(table, quantity, place, header, unit))
+    return columns + _by_units(table, columns)
+
+
+def _by_units(table: RawTable, columns: Sequence[Column]) -> list[Column]:
+    """The one column of times, or of angles, by its unit, if no other is understood as that."""
+    known = {DIMENSIONS[column.quantity] for column in columns}
+    wanted = [] if "time" in known else ["time"]
+    wanted += [] if known - {"time"} else ["angle"]
+    found = []
+    for quantity in wanted:
+        places = [
+            place
+            for place, header in enumerate(table.headers)
+            if _plain_unit(_split(header)[1]) in UNITS[quantity]
+        ]
+        if len(places) == 1:
+            header = table.headers[places[0]]
+            found.append(_column(table, quantity, places[0], header, _split(header)[1]))
+    return found
+
+
+def _named(table: RawTable, quantity: str, text: str) -> Column:
+    """The column that a user names as HEADER, HEADER:UNIT or HEADER [UNIT]."""
+    header, colon, unit = text.rpartition(":")
+    if not colon or text in table.headers or _factor(unit, DIMENSIONS[quantity]) is None:
+        header, unit = text, ""
+    if header.strip() == ROWS and ROWS not in table.headers:
+        return _column(table, quantity, ROW_NUMBER, ROWS, unit)
+    place = _place(table, header.strip())
+    return _column(
+        table,
+        quantity,
+        place,
+        table.headers[place],
+        unit or _split(header)[1] or _split(table.headers[place])[1],
+    )
+
+
+def _factor(unit: str, dimension: str) -> float | None:
+    """From a unit to SI, as of "deg", or of "12.5 deg" for a volt or a count; None if unknown."""
+    number, _, rest = unit.strip().partition(" ")
+    known = UNITS[dimension]
+    if _plain_unit(unit) in known:
+        return known[_plain_unit(unit)]
+    try:
+        factor = float(number) * known[_plain_unit(rest)]
+    except (ValueError, KeyError):
+        return None
+    return factor if math.isfinite(factor) and factor != 0.0 else None
 
 
 def _split(header: str) -> tuple[str, str]:
@@ -158,17 +216,17 @@ def _split(header: str) -> tuple[str, str]:
 
 def _column(table: RawTable, quantity: str, place: int, header: str, unit: str) -> Column:
     dimension = DIMENSIONS[quantity]
-    known = UNITS[dimension]
     if not unit:
         return Column(quantity, place, header, "", 1.0)
-    if _plain_unit(unit) not in known:
-        some = ", ".join(sorted(known, key=lambda text: (len(text), text))[:6])
+    factor = _factor(unit, dimension)
+    if factor is None:
+        some = ", ".join(sorted(UNITS[dimension], key=lambda text: (len(text), text))[:6])
         refuse(
             table.path,
             f"has the header '{header}', but '{unit}' is no unit of {dimension}; write one of "
-            f"{some}",
+            f"{some}, or say it by --column {quantity}=HEADER:UNIT",
         )
-    return Column(quantity, place, header, unit, known[_plain_unit(unit)])
+    return Column(quantity, place, header, unit, factor)
 
 
 def _place(table: RawTable, header: str) -> int:

@@ -12,17 +12,26 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocp.arrays import Array
 from studies.check.reading.digits import half_a_digit, half_a_digit_of_times
-from studies.check.reading.headers import DIMENSIONS, QUANTITIES, Column, understood
-from studies.check.reading.raw_table import RawTable, listed, read_table, refuse
+from studies.check.reading.headers import (
+    DIMENSIONS,
+    QUANTITIES,
+    ROW_NUMBER,
+    Column,
+    understood,
+)
+from studies.check.reading.raw_table import RawTable, read_table, refuse
+from studies.check.reading.suggestion import columns_named
 from studies.common.exit_codes import StudyError, quoted
 
 LEAST_ROWS = 20  # so that the motion between the rows is known
 LONGEST = 3600.0  # [s]: a longer deployment is so rare that its unit is asked about
 ROUND = 360.0  # no joint of ours turns as many degrees: what is larger is in milliradians
 TURNED = 4.0  # [rad]: no joint of ours turns as far, so that these are degrees
+SPARSE = 0.1  # of the rows: if more lack a number, the columns are sampled at other times
 SAME = 1e-3  # of the range: columns of one quantity that differ by more contradict each other
 TRUSS, ARM = "truss", "arm"
 OF_THE_ARM = tuple(name for name in QUANTITIES if name.startswith(("root", "elbow")))
@@ -40,7 +49,9 @@ class MeasuredProfile:
     rounding : half of the last digit of time and values as the file states them, (m,) each.
     mechanism : "truss" or "arm".
     notes : how it was read, and what was assumed, in sentences.
-    line_of : the place of a row in the file, in words, is `table.line_of(row)`.
+    table : of the file; the place of one of its rows, in words, is `table.line_of(row)`.
+    kept : (m,) rows of the table; -1 for one that stands between two of them.
+    origin : time 0 by the time of the file [s].
     """
 
     path: Path
@@ -50,6 +61,8 @@ class MeasuredProfile:
     mechanism: str
     notes: tuple[str, ...]
     table: RawTable
+    kept: NDArray[np.intp]
+    origin: float
 
     @property
     def duration(self) -> float:
@@ -69,7 +82,7 @@ def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
     ----------
     path : Path
     named : sequence of str
-        Columns that the user names, as "angle=Winkel [deg]".
+        Columns that the user names, as "angle=Winkel:deg".
 
     Raises
     ------
@@ -80,7 +93,9 @@ def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
     columns = understood(table, _asked(named))
     mechanism, chosen = _chosen(table, columns)
 
-    arrays = table.column(tuple(column.place for column in chosen))
+    stored = _arrays(table, chosen)
+    kept, left_out = _complete(chosen, stored)
+    arrays = [array[kept] for array in stored]
     for column, array in zip(chosen, arrays, strict=True):
         _check_finite(table, column, array)
     values = [(column, column.factor * x) for column, x in zip(chosen, arrays, strict=True)]
@@ -94,8 +109,33 @@ def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
         values=_merged(table, others),
         rounding=_roundings(chosen, arrays),
         mechanism=mechanism,
-        notes=_notes(table, chosen, time),
+        notes=(*_notes(table, chosen, time), *left_out),
         table=table,
+        kept=kept,
+        origin=float(time[0]),
+    )
+
+
+def _arrays(table: RawTable, chosen: Sequence[Column]) -> list[Array]:
+    """The numbers of the columns, and of the rows themselves if these are asked for."""
+    stored = [column.place for column in chosen if column.place != ROW_NUMBER]
+    found = dict(zip(stored, table.column(tuple(stored)), strict=True))
+    count = next(iter(found.values())).size
+    return [found.get(column.place, np.arange(float(count))) for column in chosen]
+
+
+def _complete(
+    chosen: Sequence[Column], arrays: Sequence[Array]
+) -> tuple[NDArray[np.intp], tuple[str, ...]]:
+    """The rows with all numbers, if so many lack one that this is how the file is made."""
+    whole = np.isfinite(arrays).all(axis=0)
+    lacking = int(whole.size - whole.sum())
+    if lacking <= SPARSE * whole.size:
+        return np.arange(whole.size), ()
+    names = ", ".join(f"'{column.header}'" for column in chosen)
+    return (
+        np.flatnonzero(whole),
+        (f"{lacking} rows without a number in each of {names} are left out",),
     )
 
 
@@ -105,7 +145,7 @@ def _asked(named: Sequence[str]) -> dict[str, str]:
         quantity, equals, header = item.partition("=")
         if not equals or quantity.strip() not in QUANTITIES:
             raise StudyError(
-                f"--column is {quoted(item)}; write QUANTITY=HEADER, e.g. 'angle=Winkel [deg]', "
+                f"--column is {quoted(item)}; write QUANTITY=HEADER:UNIT, e.g. 'angle=Winkel:deg', "
                 f"with one of {', '.join(QUANTITIES)}"
             )
         asked[quantity.strip()] = header.strip()
@@ -118,25 +158,21 @@ def _chosen(table: RawTable, columns: list[Column]) -> tuple[str, list[Column]]:
     arm = [column for column in columns if column.quantity in OF_THE_ARM]
     truss = [column for column in columns if column.quantity in ("angle", "rope_length")]
 
-    if not times:
-        _missing(table, "column time", "time [s]")
-    if not arm and not truss:
-        _missing(table, "column of an angle, a rope length or a torque", "angle [rad]")
+    if not times or not (arm or truss):
+        what = "column of times" if not times else "column of an angle, a rope length or a torque"
+        headless = all(header.startswith("column ") for header in table.headers)
+        why = "no header above its numbers" if headless else f"no {what}"
+        refuse(table.path, f"has {why}; say which one it is, as in{columns_named(table, columns)}")
     if len(times) > 1:
         names = " and ".join(f"'{column.header}'" for column in times)
-        refuse(table.path, f"has several columns of time, {names}; keep one, or --column time=NAME")
+        refuse(
+            table.path,
+            f"has several columns of time, {names}; say which one counts, as in"
+            + columns_named(table, columns),
+        )
     if arm:
         return ARM, [times[0], *arm]
     return TRUSS, [times[0], *truss]
-
-
-def _missing(table: RawTable, what: str, example: str) -> None:
-    quantity = example.split(" ")[0]
-    refuse(
-        table.path,
-        f"has no {what}, only {listed(table.headers)}; name it in the first row, as in "
-        f"'{example}', or write --column '{quantity}=HEADER [UNIT]'",
-    )
 
 
 def _check_finite(table: RawTable, column: Column, array: Array) -> None:
@@ -189,13 +225,17 @@ def _check_units(table: RawTable, values: Sequence[tuple[Column, Array]]) -> Non
             refuse(
                 table.path,
                 f"has angles up to {largest:.6g} in '{column.header}', {stated}: these look like "
-                f"{like}; write the unit, as in 'angle [{unit}]', or mend the values",
+                f"{like}; say the unit, as in"
+                + columns_named(table, [column for column, _ in values], **{column.quantity: unit}),
             )
         if column.unit and 0 < np.degrees(float(np.abs(array).max())) < TURNED and largest < TURNED:
             refuse(
                 table.path,
                 f"has angles of at most {largest:.6g} {column.unit} in '{column.header}': these "
-                "look like radians; write 'angle [rad]', or mend the values",
+                "look like radians; say the unit, as in"
+                + columns_named(
+                    table, [column for column, _ in values], **{column.quantity: "rad"}
+                ),
             )
 
 

@@ -5,10 +5,13 @@ Nothing is known here of angles or ropes. Whatever cannot be read is answered wi
 
 from __future__ import annotations
 
+import struct
+import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, BinaryIO, NoReturn
 
 import numpy as np
 
@@ -17,6 +20,11 @@ from studies.common.exit_codes import StudyError, quoted
 from studies.common.foreign_text import parsed_json
 
 LISTED = 8  # headers that a sentence lists
+MOST_UNPACKED = 400_000_000  # bytes of what a file packs: ten million rows of five columns
+PIECE = 1_000_000  # bytes that are unpacked at a time
+MOST_COLUMNS = 64  # of a matrix
+DEEP = 4  # structures within structures
+SHEET_HEAD = 2000  # rows of a sheet from which its layout is told
 ROOM = 1024  # bytes from which a kind of file is told
 
 # beginnings of files that people hand over by mistake, and what to do with them
@@ -30,6 +38,7 @@ _SIGNATURES: tuple[tuple[bytes, str], ...] = (
 )
 _MATLAB = b"MATLAB 5.0 MAT-file"
 _MATLAB_7_3 = b"MATLAB 7.3 MAT-file"
+_PACKED = 15  # type of a packed element in a .mat file
 _ZIP = b"PK\x03\x04"
 
 
@@ -44,6 +53,8 @@ class RawTable:
     column : the numbers (m,) of the columns at the given places; nan where a cell is empty.
     dialect : what was recognised, in words.
     line_of : the line, row or place of a number in its column, as a reader of the file counts.
+    columns : places of the columns that hold numbers; None if all may.
+    period : time from row to row that the file states above its table, with a unit; empty for none.
     """
 
     path: Path
@@ -51,6 +62,8 @@ class RawTable:
     column: Callable[[tuple[int, ...]], list[Array]]
     dialect: str
     line_of: Callable[[int], str] = field(default=lambda row: f"row {row + 1}")
+    columns: tuple[int, ...] | None = None
+    period: str = ""
 
 
 def refusal(path: Path, reason: str) -> StudyError:
@@ -121,14 +134,17 @@ def stored(path: Path, columns: Mapping[str, Array], dialect: str) -> RawTable:
 
 def _numbers(path: Path, name: str, values: Any) -> Array:
     """A list of JSON or Excel as numbers; nothing and texts without number are told."""
+    from studies.check.reading.layout import clock
+
     numbers = np.empty(len(values))
     for row, value in enumerate(values):
         if value is None or value == "":
             numbers[row] = np.nan
             continue
         try:
-            numbers[row] = float(value)
-        except (TypeError, ValueError):
+            seconds = clock(value) if isinstance(value, str) else None
+            numbers[row] = float(value) if seconds is None else seconds
+        except (TypeError, ValueError, OverflowError):
             refuse(path, f"has {quoted(value)} in row {row + 1} of {name}; give numbers only")
     return numbers
 
@@ -174,6 +190,7 @@ def _from_matlab(path: Path) -> RawTable:
     """Vectors of a .mat file, those in structures too, under their own names."""
     from scipy.io import loadmat
 
+    _check_unpacked(path)
     try:
         content = loadmat(path, squeeze_me=True, struct_as_record=False)
     except NotImplementedError:
@@ -187,26 +204,88 @@ def _from_matlab(path: Path) -> RawTable:
     return stored(path, columns, "MATLAB")
 
 
-def _vectors(content: Any, depth: int = 0) -> list[tuple[str, Array]]:
-    """Names and values of all vectors of real numbers."""
+def _check_unpacked(path: Path) -> None:
+    """Refuse a .mat file whose packed variables are larger than memory is for.
+
+    It is a header of 128 bytes, and elements of a tag, a size and so many bytes; those of the type
+    15 are packed (MAT-File Format, MathWorks, "Level 5 MAT-File Format").
+    """
+    total = 0
+    with path.open("rb") as file:
+        order = "<" if file.read(128)[126:] == b"IM" else ">"
+        while len(tag := file.read(8)) == 8:
+            kind, size = struct.unpack(f"{order}II", tag)
+            if kind != _PACKED:
+                file.seek(size, 1)
+                continue
+            total += _unpacked_size(file, size, MOST_UNPACKED - total)
+            if total > MOST_UNPACKED:
+                refuse(
+                    path,
+                    f"unpacks to more than {MOST_UNPACKED / 1e6:.0f} MB; save the time and the "
+                    "angle alone",
+                )
+
+
+def _unpacked_size(file: BinaryIO, size: int, most: int) -> int:
+    """Bytes that packed ones of a file unpack to, or a number above the most; none are kept."""
+    unpacker, total, left = zlib.decompressobj(), 0, size
+    while left > 0 and total <= most:
+        packed = file.read(min(left, PIECE))
+        if not packed:
+            break
+        left -= len(packed)
+        while packed and total <= most:
+            try:
+                total += len(unpacker.decompress(packed, PIECE))
+            except zlib.error:  # said by the reader itself
+                return total
+            packed = unpacker.unconsumed_tail
+    return total
+
+
+def _vectors(content: Any, inside: str = "", depth: int = 0) -> list[tuple[str, Array]]:
+    """Names and values of all vectors of real numbers, and of the columns of a matrix."""
     items = content.items() if isinstance(content, dict) else vars(content).items()
     found: list[tuple[str, Array]] = []
     for name, value in items:
         if name.startswith("_"):
             continue
-        if hasattr(value, "_fieldnames") and depth < 2:
-            found += _vectors(value, depth + 1)
-        elif isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "iuf":
-            found.append((name, value.astype(float)))
+        several = isinstance(value, np.ndarray) and value.dtype == object
+        for part in value.flat if several else [value]:
+            if hasattr(part, "_fieldnames") and depth < DEEP:
+                found += _vectors(part, f"{inside}{name}." if depth else "", depth + 1)
+            elif isinstance(part, np.ndarray) and part.dtype.kind in "iuf" and 0 < part.ndim < 3:
+                found += _columns_of(inside + name, part.astype(float))
     return found
 
 
+def _columns_of(name: str, values: Array) -> list[tuple[str, Array]]:
+    """A vector, or the columns of a matrix, which may lie on its side."""
+    if values.ndim == 1:
+        return [(name, values)]
+    upright = values if values.shape[0] >= values.shape[1] else values.T
+    return [(f"{name}({k + 1})", column) for k, column in enumerate(upright.T[:MOST_COLUMNS])]
+
+
 def _from_excel(path: Path) -> RawTable:
-    """The first sheet that has a table: the row above its first numbers is its header."""
+    """The first sheet that has a table."""
     try:
         from openpyxl import load_workbook
     except ImportError:
         refuse(path, "is an Excel file; install antenna-ocp[excel] to read it, or save it as CSV")
+
+    try:
+        with zipfile.ZipFile(path) as parts:
+            size = sum(part.file_size for part in parts.infolist())
+    except (OSError, zipfile.BadZipFile) as error:
+        refuse(path, f"cannot be read as an Excel file ({error}); save it as CSV")
+    if size > MOST_UNPACKED:
+        refuse(
+            path,
+            f"unpacks to more than {MOST_UNPACKED / 1e6:.0f} MB; save the time and the angle "
+            "alone, as CSV",
+        )
 
     try:
         book = load_workbook(path, read_only=True, data_only=True)
@@ -216,26 +295,31 @@ def _from_excel(path: Path) -> RawTable:
         refuse(path, f"cannot be read as an Excel file ({error}); save it as CSV")
 
     for title, rows in sheets:
-        table = _table_of(rows)
-        if table:
-            return _lazy(path, table, f"Excel, sheet '{title}'")
-    refuse(path, "is an Excel file without a header above columns of numbers; save it as CSV")
+        table = _table_of(path, rows, f"Excel, sheet '{title}'")
+        if table is not None:
+            return table
+    refuse(path, "is an Excel file without columns of numbers; save the table as CSV")
 
 
-def _table_of(rows: list[tuple[Any, ...]]) -> dict[str, list[Any]]:
-    """Columns below the last row of texts before the first row of numbers."""
+def _table_of(path: Path, rows: list[tuple[Any, ...]], dialect: str) -> RawTable | None:
+    """The table of a sheet, whose numbers may be texts."""
+    from studies.check.reading.layout import layout_of
 
-    def is_numeric(row: tuple[Any, ...]) -> bool:
-        cells = [cell for cell in row if cell is not None]
-        return bool(cells) and all(isinstance(cell, int | float) for cell in cells)
+    cells = [["" if cell is None else str(cell).strip() for cell in row] for row in rows]
+    tried = {decimal: layout_of(cells[:SHEET_HEAD], decimal) for decimal in ".,"}
+    decimal = max(tried, key=lambda sign: 0 if (one := tried[sign]) is None else one.fitting)
+    layout = tried[decimal]
+    if layout is None:
+        return None
+    body = [row for row in cells[layout.first :] if any(row)]
 
-    first = next((k for k, row in enumerate(rows) if is_numeric(row)), 0)
-    if first == 0:
-        return {}
-    body = [row for row in rows[first:] if any(cell is not None for cell in row)]
-    above = rows[first - 1]
-    return {
-        str(header).strip(): [row[place] for row in body]
-        for place, header in enumerate(above)
-        if header is not None
-    }
+    def column(places: tuple[int, ...]) -> list[Array]:
+        return [
+            _numbers(path, layout.headers[k], [row[k].replace(decimal, ".") for row in body])
+            for k in places
+        ]
+
+    def line_of(row: int) -> str:
+        return f"row {row + 1} below the header"
+
+    return RawTable(path, layout.headers, column, dialect, line_of, layout.columns, layout.period)

@@ -20,6 +20,8 @@ NORMAL_MEDIAN = 1.4826  # from the median of |x| to the standard deviation of no
 ROUNDING = 4 * np.finfo(float).eps  # relative scatter of numbers that were computed
 DECIDES = 1e-3  # noise of the jerk over the jerk itself, below which the rows are taken as exact
 FAR_ABOVE = 20.0  # of rounding: what several computations on the way to a file may add up to
+APART = 50  # of the rows lie on either side of one, between which its speed is taken
+NOTHING = 0.01  # of a variance: what is below it changes nothing
 STEPS = 1e-3  # of a step of rounding: what the digits of a text leave of it
 
 
@@ -76,6 +78,32 @@ def proven_peak(time: Array, values: Array, scatter: Array, order: int) -> float
     found = np.abs((weights * values[places]).sum(axis=1))
     wrong = (np.abs(weights) * scatter[places]).sum(axis=1)
     return float(math.factorial(order) * np.maximum(found - wrong, 0.0).max())
+
+
+def steepest_slopes(time: Array, values: Array) -> Array:
+    """What the slope at each row (m,) is at most: that of either side, and by how much it turns."""
+    slopes = np.diff(values) / np.diff(time)
+    before, after = np.append(slopes[:1], slopes), np.append(slopes, slopes[-1:])
+    found: Array = np.maximum(np.abs(before), np.abs(after)) + np.abs(after - before)
+    return found
+
+
+def scale_with_times(time: Array, values: Array, scale: Array, half: Array) -> Array:
+    """The relative scatter (m,) of values whose times are rounded, by `half` (m,) at most.
+
+    A time that is wrong is a value that is, by as much as the motion is fast there.
+    """
+    wide = max(1, time.size // APART)
+    first, last = (np.clip(np.arange(time.size) + k, 0, time.size - 1) for k in (-wide, wide))
+    slopes = (values[last] - values[first]) / (time[last] - time[first])
+    by_times = (half * slopes) ** 2 / 3  # variance of an even distribution
+
+    whole = estimate_noise(time, values, scale).deviation
+    if whole == 0.0 or float(by_times.max()) < NOTHING * (whole * float(scale.max())) ** 2:
+        return scale
+    alone = max(whole**2 - float(np.median(by_times / scale**2)), NOTHING * whole**2)
+    found: Array = np.sqrt(alone * scale**2 + by_times) / whole
+    return found
 
 
 def estimate_noise(time: Array, values: Array, scale: Array) -> NoiseEstimate:

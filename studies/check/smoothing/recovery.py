@@ -19,7 +19,12 @@ from scipy.interpolate import PPoly, make_interp_spline
 from models.laws import AngularMotion
 from models.laws.motion import law_times
 from ocp.arrays import Array
-from studies.check.smoothing.noise import NoiseEstimate, differences, estimate_noise
+from studies.check.smoothing.noise import (
+    NoiseEstimate,
+    differences,
+    estimate_noise,
+    scale_with_times,
+)
 from studies.check.smoothing.spline import SHARE, SmoothingSpline, simultaneous, smooth
 
 MOST_KNOTS = 4001  # rows of an exact profile that are interpolated
@@ -90,12 +95,15 @@ class Recovered:
     noise : of the rows.
     rest : derivatives taken as zero at start and end: 0 none, 1 speed, 2 acceleration, too.
     fit : the smoothing spline; None where the law goes through all rows.
+    scatter : (m,) standard deviation of each row, as the differences between rows tell it; None
+        where the law goes through all rows.
     """
 
     law: Any
     noise: NoiseEstimate
     rest: tuple[int, int]
     fit: SmoothingSpline | None
+    scatter: Array | None = None
 
     def deviation(self, time: float, order: int) -> float:
         """By how much a derivative at a time may differ from the truth, nearly certainly."""
@@ -147,10 +155,17 @@ class Recovered:
         return twice / once - 1
 
 
-def recover(time: Array, values: Array, scale: Array) -> Recovered:
-    """The motion behind values (m,) at times (m,) whose relative scatter is `scale` (m,)."""
+def recover(
+    time: Array, values: Array, scale: Array, half_of_times: Array | None = None
+) -> Recovered:
+    """The motion behind values (m,) at times (m,) whose relative scatter is `scale` (m,).
+
+    `half_of_times` (m,) is by how much the times may be rounded.
+    """
     noise = estimate_noise(time, values, scale)
     if noise.matters:
+        if half_of_times is not None:
+            scale = scale_with_times(time, values, scale, half_of_times)
         return _smoothed(time, values, scale, noise)
     return _through(time, values, noise)
 
@@ -261,7 +276,8 @@ def _smoothed(time: Array, values: Array, scale: Array, noise: NoiseEstimate) ->
     start, end = (_rest_within(fit, instant) for instant in (time[0], time[-1]))
     if (start, end) != (0, 0):
         fit = smooth(time, values, scale, count, (start, end))
-    return Recovered(SplineLaw(_pieces(fit.curve)), noise, (start, end), fit)
+    scatter = noise.deviation * np.abs(scale)
+    return Recovered(SplineLaw(_pieces(fit.curve)), noise, (start, end), fit, scatter)
 
 
 def _rest_within(fit: SmoothingSpline, instant: float) -> int:

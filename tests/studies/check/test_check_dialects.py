@@ -132,7 +132,7 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
     "milliradians as radians": (
         "a.csv",
         text("t,angle [rad]", TIME, 1e3 * ANGLE),
-        "look like milliradians; write the unit, as in 'angle [mrad]'",
+        "look like milliradians; say the unit",
     ),
     "length hauled in": (
         "a.csv",
@@ -171,7 +171,7 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
         "row 31 below the header has more cells",
     ),
     "empty": ("a.csv", lambda path: path.write_bytes(b""), "is empty"),
-    "header only": ("a.csv", lambda path: path.write_text("time,angle\n"), "no header stands"),
+    "header only": ("a.csv", lambda path: path.write_text("time,angle\n"), "no rows of numbers"),
     "binary": ("a.bin", lambda path: path.write_bytes(bytes(range(256)) * 9), "is not text"),
     "HDF5": ("a.mat", lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(9)), "-v7"),
     "old Excel": ("a.xls", lambda path: path.write_bytes(b"\xd0\xcf\x11\xe0" + bytes(9)), ".xlsx"),
@@ -194,19 +194,28 @@ def test_what_cannot_be_read_is_refused_with_the_reason(
     file, write, words = REFUSED[name]
     write(tmp_path / file)
     assert main(["check", str(tmp_path / file), "--no-optimum"]) == ExitCode.BAD_INPUT
-    (line,) = capsys.readouterr().err.splitlines()
+    line, *command = capsys.readouterr().err.splitlines()
     assert words in line
+    assert not command or command[0].startswith("  antenna-ocp check ")
 
 
 def test_a_column_can_be_named(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     text("stamp,encoder 3", 1e3 * TIME, DEGREES)(path)
-    profile = read_profile(path, ["time=stamp [ms]", "angle=2 [deg]"])
+    for named in (
+        ["time=stamp [ms]", "angle=2 [deg]"],
+        ["time=stamp:ms", "angle=encoder 3:deg"],
+        ["time=stamp:0.001 s", "angle=2:60 deg"],
+    ):
+        profile = read_profile(path, named)
+        per_unit = 60.0 if "60" in named[1] else 1.0
+        assert profile.values["angle"] == pytest.approx(per_unit * ANGLE, abs=1e-9 * per_unit)
+    profile = read_profile(path, ["time=row:0.7 s", "angle=2 [deg]"])
     assert profile.time == pytest.approx(TIME, abs=1e-9)
     assert profile.values["angle"] == pytest.approx(ANGLE, abs=1e-10)
     with pytest.raises(StudyError, match="did you mean 'encoder 3'"):
         read_profile(path, ["time=stamp [ms]", "angle=encoder 4"])
-    with pytest.raises(StudyError, match="write QUANTITY=HEADER"):
+    with pytest.raises(StudyError, match="write QUANTITY=HEADER:UNIT"):
         read_profile(path, ["speed=stamp"])
 
 

@@ -16,6 +16,7 @@ from studies.check.reading.profile import read_profile
 from studies.check.truss import check_truss
 from studies.common.result import Result
 from studies.drive.schema import Drive
+from studies.truss.checks import broken_caps
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import COLUMNS, Deployment, columns_at
@@ -91,5 +92,55 @@ def test_digits_are_told_from_a_column() -> None:
     assert half_a_digit(np.array([0.0768, 1.5001, 0.25])) == pytest.approx([5e-5] * 3)
     # of numbers with as many significant digits the largest one is the least exact
     assert half_a_digit(np.array([0.07681, 1.234, 12.34])) == pytest.approx([5e-6, 5e-4, 5e-3])
-    assert not half_a_digit_of_times(np.linspace(0.0, 10.0, 101)).any()
     assert half_a_digit_of_times((np.arange(30) / 3).round(3)) == pytest.approx([5e-4] * 30)
+    # times that are far from even are rounded, too
+    uneven = np.array([0.0, 0.15, 0.3, 0.312, 0.45])
+    assert half_a_digit_of_times(uneven) == pytest.approx([5e-4] * 5)
+    # even ones are exact, to the precision of a number in memory
+    assert half_a_digit_of_times(np.linspace(0.0, 10.0, 101)).max() < 1e-14
+    assert half_a_digit_of_times(1.7e9 + np.arange(30) / 100).max() > 1e-7
+    single = np.sin(np.arange(30.0)).astype(np.float32).astype(float)
+    assert 2e-8 < half_a_digit(single).max() < 4e-8
+
+
+@pytest.mark.parametrize(("of_time", "of_angle"), [("%.10g", "%.14g"), ("%.6f", "%.9f")])
+def test_rounded_times_break_no_cap(of_time: str, of_angle: str, tmp_path: Path) -> None:
+    """Rows of a stored optimum are uneven, and close where its jerk switches."""
+    switches = [2.4371284, 4.9128357, 7.5127846]
+    time = np.unique(np.concatenate([np.linspace(0.0, T, 401), switches]))
+    path = tmp_path / "a.csv"
+    pairs = zip(time, LAW.motion(time).angle, strict=True)
+    lines = [f"{of_time % t},{of_angle % angle}" for t, angle in pairs]
+    path.write_text("\n".join(["time [s],angle [rad]", *lines]) + "\n")
+    result = check(path, factor=1.0)
+    assert result.passed, [c.sentence for c in result.checks if not c.passed]
+    for key in CAPS.values():
+        peak = result.details["peaks"][key]
+        assert peak["low"] <= EXACT.values[key] * (1 + 1e-6), key
+        # noise is smoothed within a band of 95 %; of exact rows only what is least is known
+        if result.details["noise"]["matters"]:
+            assert EXACT.values[key] <= peak["high"], key
+
+
+def test_a_tension_below_its_least_is_short_of_that(tmp_path: Path) -> None:
+    """Not of the rope's force, beside which it is nothing."""
+    least = EXACT.values["least-tension"]
+    study = TrussStudy(
+        minimise="energy", duration=T, truss=TRUSS, caps=Caps(least_tension=4 * least)
+    )
+    path = rows(tmp_path / "a.csv", 0.05, 17, STATED)
+    result = check_truss(read_profile(path), study, optimum=False)
+    (tension,) = [c.sentence for c in result.checks if c.name.startswith("least tension")]
+    assert tension.startswith("FAILED")
+    assert "short by" in tension
+    assert "75 %" in tension
+    assert broken_caps(study, EXACT.values)["least-tension"] == pytest.approx(0.75)
+
+
+def test_the_verdict_speaks_of_the_studys_objective(tmp_path: Path) -> None:
+    path = rows(tmp_path / "a.csv", 0.05, 17, STATED)
+    study = TrussStudy(minimise="peak-force", duration=T, truss=TRUSS)
+    sentence = check_truss(read_profile(path), study, optimum=False).verdict.sentence
+    assert sentence.startswith("yes, it keeps all")
+    assert "peak rope force" in sentence
+    assert "acceleration" not in sentence
