@@ -6,7 +6,7 @@
 `rests` puts one between two rests, and `straight_line` serves as a guess.
 """
 
-from models.laws.bezier import PAPER_POINTS, Bezier, pinned
+from models.laws.bezier import PAPER_POINTS, Bezier, paper_points, pinned
 from models.laws.bounds import least_jerk_cap, least_peak_acceleration
 from models.laws.hermite import Hermite
 from models.laws.jerk_limited import JerkLimited
@@ -36,6 +36,7 @@ __all__ = [
     "least_jerk_cap",
     "least_peak_acceleration",
     "linear_jerk",
+    "paper_points",
     "peaks",
     "pinned",
 ]

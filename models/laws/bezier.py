@@ -15,6 +15,7 @@ from models.laws.motion import AngularMotion, check_duration, check_stroke, law_
 
 # Control points [rad] as printed below (45); they miss 4.4 deg by 5.5e-6 and 90 deg by 3.7e-6 rad.
 PAPER_POINTS = (0.0768, 0.0768, 0.0768, 0.4465, 0.8152, 1.2169, 1.5708, 1.5708, 1.5708)
+PAPER_RANGE = (math.radians(4.4), math.pi / 2)  # [rad], the angles that they stand for
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,22 @@ def pinned(points: Sequence[float], start_angle: float, end_angle: float) -> tup
     """
     require(len(points) >= 6, f"{len(points)} points cannot be pinned; give at least 6.")
     return (start_angle,) * 3 + tuple(points[3:-3]) + (end_angle,) * 3
+
+
+def paper_points(start_angle: float, end_angle: float) -> tuple[float, ...]:
+    """The paper's points for a motion between two angles [rad], pinned to them.
+
+    The middle points move with the range, so that the law has the same shape in any range; in
+    the paper's own range they are the printed ones, to the last digit.
+    """
+    start, end = PAPER_RANGE
+    points = [
+        point
+        + (start_angle - start) * (end - point) / (end - start)
+        + (end_angle - end) * (point - start) / (end - start)
+        for point in PAPER_POINTS
+    ]
+    return pinned(points, start_angle, end_angle)
 
 
 def derivative_points(points: Sequence[float], order: int) -> Array:

@@ -19,7 +19,7 @@ from models.ancf.integrate import Simulation, StepControl, simulate
 from models.ancf.joints import Free, Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters, double_pendulum, single_pendulum
-from models.laws import PAPER_POINTS, Bezier, Step5, pinned
+from models.laws import Bezier, Step5, paper_points
 from models.truss import DYNAMIC_SET, KINEMATIC_SET, TrussParameters
 from studies.arm.stage import Stage, big_arm, small_arm
 from studies.common.console import Console, silent
@@ -85,7 +85,7 @@ class Cases:
     def laws(self, truss: TrussParameters) -> tuple[Deployment, Deployment]:
         """The Bezier law with its ends pinned to the exact angles, and Step5."""
         start, T = truss.stowed_angle, self.study.duration
-        points = pinned(PAPER_POINTS, start, DEPLOYED)
+        points = paper_points(start, DEPLOYED)
         bezier = Deployment("Bezier", Bezier(T, points), truss)
         return bezier, Deployment("Step5", Step5(T, start, DEPLOYED), truss)
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from models.errors import ModelError
-from models.laws import PAPER_POINTS, Bezier, Step5, peaks, pinned
+from models.laws import Bezier, Step5, paper_points, peaks
 from models.truss import DYNAMIC_SET, KINEMATIC_SET, JointMasses, TrussParameters
 from studies.common.configuration import (
     as_number,
@@ -339,7 +339,7 @@ def law_jerk(name: str, duration: float, stowed_angle: float) -> float:
 def _jerk_of_a_second(name: str, stowed_angle: float) -> float:
     """Peak jerk [rad/s^3] of a law of 1 s; kept, as a sweep asks for it thousands of times."""
     if name == "bezier":
-        return peaks(Bezier(1.0, pinned(PAPER_POINTS, stowed_angle, DEPLOYED))).jerk
+        return peaks(Bezier(1.0, paper_points(stowed_angle, DEPLOYED))).jerk
     return peaks(Step5(1.0, stowed_angle, DEPLOYED)).jerk
 
 

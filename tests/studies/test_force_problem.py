@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.laws import PAPER_POINTS, BetweenRests, Bezier, StraightLine, pinned
+from models.laws import BetweenRests, Bezier, StraightLine, paper_points
 from models.truss import DYNAMIC_SET, rope_force, static_peak
 from ocp import Bound, Control, Phase, Problem, Settings, State, peak, solve
 
@@ -36,7 +36,7 @@ def force_problem(law):
 
 
 STARTS = {
-    "bezier": Bezier(DURATION, pinned(PAPER_POINTS, TRUSS.stowed_angle, DEPLOYED)),
+    "bezier": Bezier(DURATION, paper_points(TRUSS.stowed_angle, DEPLOYED)),
     "straight": StraightLine(DURATION, TRUSS.stowed_angle, DEPLOYED),
     "dwell": BetweenRests(
         StraightLine(0.6 * DURATION, TRUSS.stowed_angle, DEPLOYED), before=0.4 * DURATION
@@ -71,7 +71,7 @@ def test_every_start_and_mesh_gives_the_reference_optimum(start, intervals):
 @pytest.mark.parametrize("duration", [60.0, 140.0])
 def test_a_slow_motion_meets_the_static_peak(duration):
     # the ridge is steep beside the first intervals: some leap over it between two points
-    law = Bezier(duration, pinned(PAPER_POINTS, TRUSS.stowed_angle, DEPLOYED))
+    law = Bezier(duration, paper_points(TRUSS.stowed_angle, DEPLOYED))
     problem, _ = force_problem(law)
     found = solve(problem)
     assert found.objective == pytest.approx(static_peak(TRUSS).force, rel=1e-4)

@@ -11,14 +11,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from models.laws import (
-    PAPER_POINTS,
     Bezier,
     Hermite,
     Law,
     Piecewise,
     Step5,
     linear_jerk,
-    pinned,
+    paper_points,
 )
 from models.truss import TrussParameters
 from ocp import Control, Solution
@@ -96,8 +95,8 @@ def study_of(result: Result) -> TrussStudy:
 
 
 def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:
-    """The paper's Bezier law, its ends pinned to the exact angles."""
-    return Bezier(duration, pinned(PAPER_POINTS, truss.stowed_angle, DEPLOYED))
+    """The paper's Bezier law for the range of the truss, its ends pinned to the exact angles."""
+    return Bezier(duration, paper_points(truss.stowed_angle, DEPLOYED))
 
 
 def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:

@@ -45,6 +45,20 @@ def test_printed_points_miss_the_ends():
     assert list(laws.Bezier(DURATION, ends).motion([0.0, DURATION]).angle) == [STOWED, OPEN]
 
 
+def test_the_printed_points_stay_as_printed_in_the_papers_range():
+    assert laws.paper_points(STOWED, OPEN)[3:6] == laws.PAPER_POINTS[3:6]
+
+
+@pytest.mark.parametrize("stowed", [4.4, 10.0, 20.0, 26.0, 30.0, 45.0, 66.0, 79.9])
+def test_bezier_has_one_shape_in_every_range_and_never_runs_backwards(stowed):
+    start = math.radians(stowed)
+    law = laws.Bezier(1.0, laws.paper_points(start, OPEN))
+    shape = laws.peaks(law).acceleration / (OPEN - start)
+    printed = laws.peaks(laws.Bezier(1.0, laws.paper_points(STOWED, OPEN)))
+    assert shape == pytest.approx(printed.acceleration / (OPEN - STOWED), rel=1e-4)
+    assert np.diff(law.points).min() >= 0.0  # so is no speed negative
+
+
 def test_best_bezier_of_degree_8_is_a_little_better_than_the_printed_one():
     s = np.linspace(0, 1, 2001)
 
