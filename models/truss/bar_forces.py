@@ -5,7 +5,7 @@ either side of the slider, and N the push of one face of the ring along a side,
 
     link          F = (2 T1 - k1 (l0 - e)) d / (2 h)             from the slider
     cross-bar     T1 + N sin(alpha)                              from crank to middle joint
-                  T1 + N sin(alpha) + F (c sin^2 - h cos) / d    from bar end to crank
+                  T1 + N sin(alpha) - F (c sin^2 - h cos) / d    from bar end to crank
 
 with h = sqrt(d^2 - c^2 sin^2) and, for a taut net and a ring whose mass M sits at the bar ends,
 
@@ -15,8 +15,12 @@ with h = sqrt(d^2 - c^2 sin^2) and, for a taut net and a ring whose mass M sits 
 The vertical bars carry no axial force at their middle. Bending, the masses of single bars, and the
 friction of sliders, which unloads the links while the truss opens, are left out.
 
-Symbols: T1 [N] motor force on one rope; alpha [rad], omega [rad/s], acc [rad/s^2]; a rope loses
-force along the ring, so that no module has more than the first.
+Without pulley friction all modules are alike, and these forces are the derivatives of the energy
+by the members' lengths (virtual work). With it a rope loses force along the ring, and the ring
+passes the difference on as shear, which is not modelled: links and bars then carry up to four
+times what stands here.
+
+Symbols: T1 [N] motor force on one rope; alpha [rad], omega [rad/s], acc [rad/s^2].
 """
 
 from __future__ import annotations
@@ -58,7 +62,7 @@ def bar_forces(
     link = (2 * tension - squeeze) * d / (2 * height)
 
     outer = tension + _ring_push(parameters, alpha, omega, acc, net) * sine
-    inner = outer + link * (c * sine**2 - height * cosine) / d
+    inner = outer - link * (c * sine**2 - height * cosine) / d
     return BarForces(link, outer, inner)
 
 

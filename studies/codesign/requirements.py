@@ -107,6 +107,14 @@ def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
         "stowed height", "m", "design.stowed_height", height, "most", _room_of_the_sliders
     )
 
+    def bars(t: TrussParameters) -> Any:
+        return _bars_at_rest(with_symbols(t, pulley_friction=0.0))
+
+    if design.bar_force is not None or truss.pulley_friction > 0.0:
+        title = "largest force in a bar without friction"
+        most = stated(design.bar_force, bars)
+        yield Requirement(title, "N", "design.bar_force", most, "most", bars)
+
 
 def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
     """What limits on forces ask of the truss where every motion begins and ends."""
@@ -147,17 +155,12 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
     if helped > MOST_HELP:
         return
     left = (1.0 - 2.0 * helped) / (1.0 + CREEP_SLACK)
-    angles = np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)
 
     def rope(t: TrussParameters) -> Any:
-        return left * ca.mmax(ca.vertcat(*(static_force(t, angle, "taut") for angle in angles)))
+        return left * ca.mmax(ca.vertcat(*(static_force(t, angle, "taut") for angle in _taut(t))))
 
     def bars(t: TrussParameters) -> Any:
-        forces = (
-            bar_forces(t, angle, 0.0, 0.0, static_force(t, angle, "taut"), "taut")
-            for angle in angles
-        )
-        return left * ca.mmax(ca.vertcat(*(one for three in forces for one in three)))
+        return left * _bars_at_rest(t)
 
     for title, key, cap, number in (
         ("rope force while it creeps", "force", caps.force, rope),
@@ -165,6 +168,20 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
     ):
         if cap is not None:
             yield Requirement(title, "N", f"caps.{key}", cap, "most", number, at_rest=True)
+
+
+def _bars_at_rest(truss: TrussParameters) -> Any:
+    """Largest force in a bar while the truss creeps under its taut net [N]."""
+    forces = (
+        bar_forces(truss, angle, 0.0, 0.0, static_force(truss, angle, "taut"), "taut")
+        for angle in _taut(truss)
+    )
+    return ca.mmax(ca.vertcat(*(one for three in forces for one in three)))
+
+
+def _taut(truss: TrussParameters) -> Array:
+    """Angles at which the net is taut [rad]; no design changes them."""
+    return np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)
 
 
 def _holding_force(truss: TrussParameters) -> Any:

@@ -232,7 +232,8 @@ class TrussStudy:
                 f"{self.fixed_duration:g} s; give --duration LOW..HIGH or duration = [low, high]"
             )
 
-        check_stated(self.caps, self.objectives, self.drive, self.margin)
+        friction = self.truss.pulley_friction
+        check_stated(self.caps, self.objectives, self.drive, self.margin, friction)
         if self.margin is not None:
             self.margin.load_cases(self.truss)  # said before any work
 
