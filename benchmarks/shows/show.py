@@ -21,6 +21,7 @@ SHOWS = {
     "check-noise": "benchmarks.shows.drive.check_noise",
     "codesign": "benchmarks.shows.scale.codesign",
     "truss-random": "benchmarks.shows.truss_random",
+    "truss-remedies": "benchmarks.shows.truss_remedies",
     "truss-words": "benchmarks.shows.truss_words",
     "mechanism-caps": "benchmarks.shows.drive.mechanism_caps",
     "factored-force": "benchmarks.shows.drive.factored_force",

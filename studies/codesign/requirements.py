@@ -25,6 +25,7 @@ from ocp import Bound
 from ocp.arrays import Array
 from studies.codesign.config import CodesignStudy
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.typed_limits import lower_limit, upper_limit
 from studies.truss.config import DEPLOYED
 from studies.truss.limits.ridge import ridge_force
 
@@ -215,10 +216,10 @@ def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None
         value = float(requirement.expression(with_symbols(study.deployment.truss, **design)))
         kept = [one.words for one in held[1:count] if abs(_slack_at(study, one, design)) <= 1e-4]
         beside = f" beside {' and '.join(kept)}" if kept else ""
-        extreme = "most" if requirement.is_least else "least"
+        extreme, typed = ("most", lower_limit) if requirement.is_least else ("least", upper_limit)
         raise StudyError(
             f"no design within {100 * study.design.range:g} % was found with a "
-            f"{requirement.words}{beside}: the {extreme} found is {value:.6g} {requirement.unit}; "
+            f"{requirement.words}{beside}: the {extreme} found is {typed(value)} {requirement.unit}; "
             f"change {requirement.key} to that, or widen design.range",
             ExitCode.NOT_SOLVED,
         )

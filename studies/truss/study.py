@@ -20,6 +20,7 @@ from studies.truss.limits.bounds import lower_bounds
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
 from studies.truss.motions.laws import knots, law_of_result, paper_laws
+from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import Search
 
@@ -70,8 +71,10 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
     table = table_rows(study, laws, bounds)
 
     verification = best.solution.verification
+    conceded = {OBJECTIVES[name].title for name in best.conceded}
     peaks = [
-        f"{name}: {epigraph:.9g} in the solver, {dense:.9g} replayed between points"
+        f"{name}: {epigraph:.9g} {'allowed' if name in conceded else 'in the solver'}, "
+        f"{dense:.9g} replayed between points"
         for name, epigraph, dense in verification.peaks
     ]
     margins = margins_of(best.deployment)

@@ -153,3 +153,8 @@ def test_the_second_objective_of_the_documents_example_is_found() -> None:
     assert values["peak-force"] <= 20.11698 * (1 + 5e-5 + 3e-6)
     assert 0.91 < values["peak-acceleration"] < 0.955
     assert any("found from above" in remark for remark in outcome.remarks)
+    in_order = outcome.verdict.sentence.split("; in order: ")[1]
+    assert in_order.startswith("peak rope force 20.1")
+    assert ", then peak angular acceleration 0.9" in in_order
+    assert "of the concession of 0.005 %" in in_order
+    assert outcome.conceded == {"peak-force"}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from models.laws import least_jerk_cap
 from models.truss import TrussParameters, far_end_ratio, rope_travel, static_force
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.typed_limits import lower_limit, upper_limit
 from studies.drive.motor import rope_force_of
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.bounds import (
@@ -77,7 +78,7 @@ def check_attained(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
     if not least.attained and keeps_the_caps(study, least.motion):
         raise _infeasible(
             f"no motion is best: {least.sentence}; cap the jerk, or choose a duration below "
-            f"{least.motion.duration:.3g} s"
+            f"{lower_limit(least.motion.duration, 3)} s"
         )
 
 
@@ -91,7 +92,7 @@ def _check_jerk(study: TrussStudy) -> None:
     if jerk is not None and jerk < least * (1 - ROUNDING):
         raise _infeasible(
             f"no motion deploys in {duration:g} s with a jerk cap of {jerk:.6g} rad/s^3; "
-            f"the least feasible cap is 32 D/T^3 = {least:.6g} rad/s^3, or lengthen the duration"
+            f"the least feasible cap is 32 D/T^3 = {upper_limit(least)} rad/s^3, or lengthen the duration"
         )
 
 
@@ -111,7 +112,7 @@ def _check_kinematics(study: TrussStudy) -> None:
         ]
         raise _infeasible(
             f"no motion deploys in {duration:g} s under the caps on {', '.join(named)}; "
-            f"they need at least {least:.6g} s: lengthen the duration or raise a cap"
+            f"they need at least {upper_limit(least)} s: lengthen the duration or raise a cap"
         )
 
 
@@ -147,7 +148,7 @@ def _check_mechanism(study: TrussStudy) -> None:
         quantity = QUANTITIES[key]
         raise _infeasible(
             f"no motion deploys in {duration:g} s with a {quantity.title} of at most {cap:.6g} "
-            f"{quantity.unit}; the least possible is {bound:.6g} {quantity.unit} "
+            f"{quantity.unit}; the least possible is {upper_limit(bound)} {quantity.unit} "
             f"({proof.format(**words)}): raise the cap, or lengthen the duration"
         )
 
@@ -155,7 +156,7 @@ def _check_mechanism(study: TrussStudy) -> None:
     if together > duration * (1 + ROUNDING):
         raise _infeasible(
             f"no motion deploys in {duration:g} s under the caps on speed, acceleration and jerk "
-            f"of rope and motor; they need at least {together:.6g} s: lengthen the duration or "
+            f"of rope and motor; they need at least {upper_limit(together)} s: lengthen the duration or "
             "raise a cap"
         )
 
@@ -210,15 +211,15 @@ def _check_tension(study: TrussStudy) -> None:
         if study.jerk_limited and floor > tension * (1 + ROUNDING):
             raise _infeasible(
                 f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} "
-                f"statics fix the tension of the last one to {tension:.6g} N; lower least_tension "
+                f"statics fix the tension of the last one to {lower_limit(tension)} N; lower least_tension "
                 "to that, or remove the jerk cap, with which the acceleration is zero there"
             )
         cap = force_cap(study)
         if cap is not None and floor / share > cap:
             raise _infeasible(
-                f"a least tension of {floor:g} N needs a motor force of {floor / share:.6g} N at "
-                f"the {where}, above the force cap of {cap:g} N; lower the one or "
-                "raise the other"
+                f"a least tension of {floor:g} N needs a motor force of {upper_limit(floor / share)} N at "
+                f"the {where}, above the force cap of {cap:g} N; lower the one "
+                f"to {lower_limit(share * cap)} N, or raise the other to that"
             )
 
 
@@ -231,7 +232,7 @@ def _check_pull(study: TrussStudy) -> None:
             raise _infeasible(
                 f"no motion meets the acceleration cap of {caps.acceleration:g} rad/s^2: at "
                 f"{math.degrees(push.angle):.2f} deg the springs alone accelerate the truss by at "
-                f"least {push.acceleration:.6g} rad/s^2, and ropes only pull; raise the cap to "
+                f"least {upper_limit(push.acceleration)} rad/s^2, and ropes only pull; raise the cap to "
                 "more than that, or lengthen spring_free_length"
             )
 
@@ -244,7 +245,7 @@ def _check_pull(study: TrussStudy) -> None:
     if least > duration:
         raise _infeasible(
             f"no motion deploys in {duration:g} s: ropes only pull, so that the truss brakes no "
-            f"faster than by its springs, net and friction, and that takes at least {least:.6g} s "
+            f"faster than by its springs, net and friction, and that takes at least {upper_limit(least)} s "
             "under the caps on its rates; lengthen the duration"
         )
 
@@ -254,7 +255,7 @@ def _check_pull_within(study: TrussStudy, cap: float) -> None:
     least = least_time_of_pull(study.truss, study.caps, cap, study.duration[1])
     if least <= study.duration[1]:
         return
-    time = "" if math.isinf(least) else f": that takes at least {least:.6g} s"
+    time = "" if math.isinf(least) else f": that takes at least {upper_limit(least)} s"
     raise _infeasible(
         f"no motion deploys in {study.duration[1]:g} s with at most {cap:g} N on each rope under "
         f"the caps on its rates{time}; raise the force cap, or loosen another one"
@@ -266,7 +267,7 @@ def _check_end_forces(study: TrussStudy, cap: float) -> None:
     if study.jerk_limited and cap < least * (1 - ROUNDING):
         raise _infeasible(
             f"no motion meets the force cap of {cap:g} N: at rest at the {where} statics need "
-            f"{least:.6g} N on each rope; raise the cap to more than that, or remove the jerk cap"
+            f"{upper_limit(least)} N on each rope; raise the cap to more than that, or remove the jerk cap"
         )
 
 
@@ -278,7 +279,7 @@ def _check_ridge(study: TrussStudy, cap: float) -> None:
     rates = [name for name in ("jerk", "acceleration") if getattr(study.caps, name) is not None]
     raise _infeasible(
         f"no motion meets the force cap of {cap:g} N: at {math.degrees(ridge.angle):.2f} deg every "
-        f"motion needs at least {ridge.force:.6g} N on each rope, because under the "
+        f"motion needs at least {upper_limit(ridge.force)} N on each rope, because under the "
         f"{' and '.join(rates)} cap its inertia saves no more; raise the force cap to more than "
         f"that, or loosen the cap on the {' or '.join(rates)}"
     )
@@ -290,5 +291,5 @@ def _check_force(study: TrussStudy, cap: float, least: LeastForce) -> None:
     limit = "" if least.attained else ", a limit that no motion attains"
     raise _infeasible(
         f"no motion deploys in {study.duration[1]:g} s with at most {cap:g} N on each rope; the "
-        f"least force without other caps is {least.force:.6g} N{limit} (phase plane, global)"
+        f"least force without other caps is {upper_limit(least.force)} N{limit} (phase plane, global)"
     )

@@ -20,6 +20,7 @@ class BestMotion:
     ----------
     deployment : the optimal law on its truss.
     solution : of the last stage.
+    conceded : objectives that may be above their least in it, for the sake of a later one.
     trials : all starts, those that failed among them.
     basins : optima found, best first.
     bounds : lower bounds by quantity.
@@ -36,6 +37,7 @@ class BestMotion:
     verdict: Verdict
     remarks: tuple[str, ...]
     interrupted: bool
+    conceded: frozenset[str] = frozenset()
 
 
 class NoMotionError(Exception):

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ocp import Lexicographic, Settings, Solution, solve_lexicographic
 from studies.common.console import Console
 from studies.truss.config import TrussStudy
+from studies.truss.motions.deployment import Deployment
 from studies.truss.problem import Statement
+from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.smoothness import first_price
 
 
@@ -53,3 +57,34 @@ def later_stages(
         elif level.error is not None and not found.interrupted:
             remarks.append(f"The stage '{label}' failed and was left out: {level.error}")
     return found, remarks
+
+
+def in_order_in_words(
+    study: TrussStudy, found: Lexicographic, first: float, deployment: Deployment
+) -> str:
+    """The objectives in their order and the part of the concession that was used, for the verdict.
+
+    Parameters
+    ----------
+    found : what came of the later objectives.
+    first : least value of the first objective, as `Solution.value` gives it.
+    deployment : the motion that was found.
+    """
+    if found.levels[-1].solution is None or len(found.levels) < 2:
+        return ""
+    stages = study.minimise[: len(found.levels)]
+    listed = ", then ".join(_valued(stage, deployment) for stage in stages)
+    used = found.solution.value(found.levels[0].objective, replayed=True) / first - 1.0
+    share = used / study.concession if study.concession > 0.0 else 0.0
+    return (
+        f"; in order: {listed}, with {100 * max(used, 0.0):.2g} % conceded by the first "
+        f"({100 * max(share, 0.0):.0f} % of the concession of {100 * study.concession:.2g} %)"
+    )
+
+
+def _valued(stage: Mapping[str, float], deployment: Deployment) -> str:
+    """An objective with its value; a weighted sum by its parts."""
+    return " and ".join(
+        f"{OBJECTIVES[name].title} {deployment.values[name]:.6g} {OBJECTIVES[name].unit}"
+        for name in stage
+    )

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from ocp import Interrupted, OcpError, Problem, Settings, Solution, Trial, audit
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.typed_limits import upper_limit
 from studies.truss.config import TrussStudy
 from studies.truss.limits.caps import CURVE, HARD, cap_on, without_cap
 from studies.truss.motions.starts import first_of_each_kind
@@ -75,7 +76,7 @@ class HardCap:
             return
         count = len(least.trials)
         raise CapsMissedError(
-            f"no motion was found: under the other caps {value:.6g} {unit} is the least found for "
+            f"no motion was found: under the other caps {upper_limit(value)} {unit} is the least found for "
             f"the {self.quantity.title} (local: best of {count} start{'s' * (count > 1)}), above "
             f"its cap of {self.value:g} {unit}; raise that cap to more than this, or loosen "
             f"another one{curve_in_words(study)}; this is no proof that there is none",

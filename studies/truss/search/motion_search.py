@@ -9,11 +9,23 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from models.laws import Law
-from ocp import Accuracy, Audit, Interrupted, OcpError, Optimum, Problem, Solution, Trial, audit
+from ocp import (
+    Accuracy,
+    Audit,
+    Interrupted,
+    Lexicographic,
+    OcpError,
+    Optimum,
+    Problem,
+    Solution,
+    Trial,
+    audit,
+)
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.result import Verdict
+from studies.common.typed_limits import upper_limit
 from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
@@ -30,7 +42,7 @@ from studies.truss.motions.starts import (
 from studies.truss.problem import Statement, control_of, needs_forces, settings_of, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.best_motion import BestMotion, NoMotionError, first_motion
-from studies.truss.search.later_stages import later_stages
+from studies.truss.search.later_stages import in_order_in_words, later_stages
 from studies.truss.search.missed_cap import (
     CapsMissedError,
     curve_in_words,
@@ -337,10 +349,15 @@ class Search:
         optimum, deployment = first_motion(optima, self._moved)
         statement = self._statements[optimum.solution.problem]
         distinct = basins(self.study, optima)
+        in_order, conceded = "", frozenset[str]()
         solution, verified = optimum.solution, optimum.solution.verification.passed
         if verified and not self.interrupted and len(statement.stages) > 1:
-            solution = self._later_stages(statement, solution)
+            stages = self._later_stages(statement, solution)
+            solution = stages.solution
             deployment = self._deployment(statement, solution)
+            in_order = in_order_in_words(self.study, stages, optimum.value, deployment)
+            if in_order:
+                conceded = frozenset().union(*self.study.minimise[: len(stages.levels) - 1])
 
         if price := price_in_words(statement, optimum.solution):
             self.remarks.append(price)
@@ -366,9 +383,10 @@ class Search:
             trials=found.trials,
             basins=distinct,
             bounds=self.bounds,
-            verdict=verdict,
+            verdict=replace(verdict, sentence=verdict.sentence + in_order),
             remarks=tuple(self.remarks),
             interrupted=self.interrupted,
+            conceded=conceded,
         )
 
     def _smoothed(self, optima: Sequence[Optimum]) -> list[Optimum]:
@@ -402,7 +420,7 @@ class Search:
         least = self._least_force_or_why
         return None if isinstance(least, StudyError) else unattained_verdict(peak_force, least)
 
-    def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
+    def _later_stages(self, statement: Statement, solution: Solution) -> Lexicographic:
         """Later objectives, each with the earlier ones held; never a loss."""
         settings = settings_of(self.study, self._with_forces, self.accuracy)
         found, remarks = later_stages(
@@ -416,7 +434,7 @@ class Search:
         )
         self.remarks += remarks
         self.interrupted = self.interrupted or found.interrupted
-        return found.solution
+        return found
 
     def _from_the_least_relaxation(self, names: Sequence[str], error: Exception) -> BestMotion:
         """Where every start failed: the best motion from one that a relaxed problem gives.
@@ -433,7 +451,7 @@ class Search:
             value, name = least.deployment.values[hard.key], hard.quantity.title
             unit = hard.quantity.unit
             needed = (
-                f"under the other caps {value:.6g} {unit} is the least found for the {name} "
+                f"under the other caps {upper_limit(value)} {unit} is the least found for the {name} "
                 "(local): raise its cap to that, or loosen another one"
             )
             if value <= hard.value and not self.interrupted:
