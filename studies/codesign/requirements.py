@@ -219,7 +219,8 @@ def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None
         extreme, typed = ("most", lower_limit) if requirement.is_least else ("least", upper_limit)
         raise StudyError(
             f"no design within {100 * study.design.range:g} % was found with a "
-            f"{requirement.words}{beside}: the {extreme} found is {typed(value)} {requirement.unit}; "
+            f"{requirement.words}{beside}: the {extreme} found is {typed(value)} "
+            f"{requirement.unit}; "
             f"change {requirement.key} to that, or widen design.range",
             ExitCode.NOT_SOLVED,
         )

@@ -92,7 +92,8 @@ def _check_jerk(study: TrussStudy) -> None:
     if jerk is not None and jerk < least * (1 - ROUNDING):
         raise _infeasible(
             f"no motion deploys in {duration:g} s with a jerk cap of {jerk:.6g} rad/s^3; "
-            f"the least feasible cap is 32 D/T^3 = {upper_limit(least)} rad/s^3, or lengthen the duration"
+            f"the least feasible cap is 32 D/T^3 = {upper_limit(least)} rad/s^3, or lengthen "
+            "the duration"
         )
 
 
@@ -156,7 +157,8 @@ def _check_mechanism(study: TrussStudy) -> None:
     if together > duration * (1 + ROUNDING):
         raise _infeasible(
             f"no motion deploys in {duration:g} s under the caps on speed, acceleration and jerk "
-            f"of rope and motor; they need at least {upper_limit(together)} s: lengthen the duration or "
+            f"of rope and motor; they need at least {upper_limit(together)} s: lengthen the "
+            "duration or "
             "raise a cap"
         )
 
@@ -211,13 +213,15 @@ def _check_tension(study: TrussStudy) -> None:
         if study.jerk_limited and floor > tension * (1 + ROUNDING):
             raise _infeasible(
                 f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} "
-                f"statics fix the tension of the last one to {lower_limit(tension)} N; lower least_tension "
+                f"statics fix the tension of the last one to {lower_limit(tension)} N; lower "
+                "least_tension "
                 "to that, or remove the jerk cap, with which the acceleration is zero there"
             )
         cap = force_cap(study)
         if cap is not None and floor / share > cap:
             raise _infeasible(
-                f"a least tension of {floor:g} N needs a motor force of {upper_limit(floor / share)} N at "
+                f"a least tension of {floor:g} N needs a motor force of "
+                f"{upper_limit(floor / share)} N at "
                 f"the {where}, above the force cap of {cap:g} N; lower the one "
                 f"to {lower_limit(share * cap)} N, or raise the other to that"
             )
@@ -232,7 +236,8 @@ def _check_pull(study: TrussStudy) -> None:
             raise _infeasible(
                 f"no motion meets the acceleration cap of {caps.acceleration:g} rad/s^2: at "
                 f"{math.degrees(push.angle):.2f} deg the springs alone accelerate the truss by at "
-                f"least {upper_limit(push.acceleration)} rad/s^2, and ropes only pull; raise the cap to "
+                f"least {upper_limit(push.acceleration)} rad/s^2, and ropes only pull; raise "
+                "the cap to "
                 "more than that, or lengthen spring_free_length"
             )
 
@@ -245,7 +250,8 @@ def _check_pull(study: TrussStudy) -> None:
     if least > duration:
         raise _infeasible(
             f"no motion deploys in {duration:g} s: ropes only pull, so that the truss brakes no "
-            f"faster than by its springs, net and friction, and that takes at least {upper_limit(least)} s "
+            "faster than by its springs, net and friction, and that takes at least "
+            f"{upper_limit(least)} s "
             "under the caps on its rates; lengthen the duration"
         )
 
@@ -267,7 +273,8 @@ def _check_end_forces(study: TrussStudy, cap: float) -> None:
     if study.jerk_limited and cap < least * (1 - ROUNDING):
         raise _infeasible(
             f"no motion meets the force cap of {cap:g} N: at rest at the {where} statics need "
-            f"{upper_limit(least)} N on each rope; raise the cap to more than that, or remove the jerk cap"
+            f"{upper_limit(least)} N on each rope; raise the cap to more than that, or remove "
+            "the jerk cap"
         )
 
 
@@ -291,5 +298,6 @@ def _check_force(study: TrussStudy, cap: float, least: LeastForce) -> None:
     limit = "" if least.attained else ", a limit that no motion attains"
     raise _infeasible(
         f"no motion deploys in {study.duration[1]:g} s with at most {cap:g} N on each rope; the "
-        f"least force without other caps is {upper_limit(least.force)} N{limit} (phase plane, global)"
+        f"least force without other caps is {upper_limit(least.force)} N{limit} (phase plane, "
+        "global)"
     )

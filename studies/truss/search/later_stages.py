@@ -70,9 +70,9 @@ def in_order_in_words(
     first : least value of the first objective, as `Solution.value` gives it.
     deployment : the motion that was found.
     """
-    if found.levels[-1].solution is None or len(found.levels) < 2:
+    stages = reached(study, found)
+    if len(stages) < 2:
         return ""
-    stages = study.minimise[: len(found.levels)]
     listed = ", then ".join(_valued(stage, deployment) for stage in stages)
     used = found.solution.value(found.levels[0].objective, replayed=True) / first - 1.0
     share = used / study.concession if study.concession > 0.0 else 0.0
@@ -80,6 +80,12 @@ def in_order_in_words(
         f"; in order: {listed}, with {100 * max(used, 0.0):.2g} % conceded by the first "
         f"({100 * max(share, 0.0):.0f} % of the concession of {100 * study.concession:.2g} %)"
     )
+
+
+def reached(study: TrussStudy, found: Lexicographic) -> list[Mapping[str, float]]:
+    """The objectives that were minimised, in their order; the last one is that of the motion."""
+    solved = sum(level.solution is not None for level in found.levels)
+    return list(study.minimise[:solved])
 
 
 def _valued(stage: Mapping[str, float], deployment: Deployment) -> str:

@@ -28,7 +28,23 @@ CLEARLY = 1e-3  # relative, by which the least that was found has to be above a 
 
 
 class CapsMissedError(StudyError):
-    """The least found of what a cap is on, under the other caps, is more than that cap."""
+    """The least found of what a cap is on, under the other caps, is more than that cap.
+
+    Attributes
+    ----------
+    needed : what was found, in words.
+    lifted : titles of the caps without which it was found, the first one last.
+    """
+
+    def __init__(self, needed: str, lifted: tuple[str, ...] = ()) -> None:
+        titles = ", ".join(reversed(lifted))
+        even = f" even without the cap{'s' * (len(lifted) > 1)} on {titles}" if lifted else ""
+        super().__init__(f"no motion was found{even}: {needed}", ExitCode.NOT_SOLVED)
+        self.needed, self.lifted = needed, lifted
+
+    def without(self, title: str) -> CapsMissedError:
+        """The same of a study that has another cap, on the quantity of a title."""
+        return CapsMissedError(self.needed, (*self.lifted, title))
 
 
 @dataclass(frozen=True)
@@ -75,12 +91,12 @@ class HardCap:
         if value <= self.enough or any(trial.error is not None for trial in least.trials):
             return
         count = len(least.trials)
+        starts = f"{count} start{'s' * (count > 1)}"
         raise CapsMissedError(
-            f"no motion was found: under the other caps {upper_limit(value)} {unit} is the least found for "
-            f"the {self.quantity.title} (local: best of {count} start{'s' * (count > 1)}), above "
-            f"its cap of {self.value:g} {unit}; raise that cap to more than this, or loosen "
-            f"another one{curve_in_words(study)}; this is no proof that there is none",
-            ExitCode.NOT_SOLVED,
+            f"under the other caps {upper_limit(value)} {unit} is the least found for the "
+            f"{self.quantity.title} (local: best of {starts}), above its cap of "
+            f"{self.value:g} {unit}; raise that cap to more than this, or loosen another one"
+            f"{curve_in_words(study)}; this is no proof that there is none"
         )
 
 

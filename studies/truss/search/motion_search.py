@@ -42,7 +42,7 @@ from studies.truss.motions.starts import (
 from studies.truss.problem import Statement, control_of, needs_forces, settings_of, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.best_motion import BestMotion, NoMotionError, first_motion
-from studies.truss.search.later_stages import in_order_in_words, later_stages
+from studies.truss.search.later_stages import in_order_in_words, later_stages, reached
 from studies.truss.search.missed_cap import (
     CapsMissedError,
     curve_in_words,
@@ -356,8 +356,7 @@ class Search:
             solution = stages.solution
             deployment = self._deployment(statement, solution)
             in_order = in_order_in_words(self.study, stages, optimum.value, deployment)
-            if in_order:
-                conceded = frozenset().union(*self.study.minimise[: len(stages.levels) - 1])
+            conceded = frozenset[str]().union(*reached(self.study, stages)[:-1])
 
         if price := price_in_words(statement, optimum.solution):
             self.remarks.append(price)
@@ -451,8 +450,8 @@ class Search:
             value, name = least.deployment.values[hard.key], hard.quantity.title
             unit = hard.quantity.unit
             needed = (
-                f"under the other caps {upper_limit(value)} {unit} is the least found for the {name} "
-                "(local): raise its cap to that, or loosen another one"
+                f"under the other caps {upper_limit(value)} {unit} is the least found for the "
+                f"{name} (local): raise its cap to that, or loosen another one"
             )
             if value <= hard.value and not self.interrupted:
                 try:
@@ -489,8 +488,7 @@ class Search:
         except (Interrupted, KeyboardInterrupt):
             self.interrupted = True
         except CapsMissedError as missed:
-            sentence = f"without the cap on the {title}, too, {missed}"
-            raise CapsMissedError(sentence, missed.exit_code) from missed
+            raise missed.without(title) from missed
         except StudyError as error:
             self.interrupted = error.exit_code is ExitCode.INTERRUPTED
         except OcpError:

@@ -109,6 +109,22 @@ class Balance:
         self.unknowns = unknowns
         self.rows: list[np.ndarray] = []
 
+    def known(self, force: np.ndarray) -> np.ndarray:
+        """A force (3,) [N] as columns of the unknowns, the last one for what is known."""
+        columns = np.zeros((3, self.unknowns + 1))
+        columns[:, -1] = force
+        return columns
+
+    def unknown(self, place: int, direction: np.ndarray) -> np.ndarray:
+        """An unknown force along a direction (3,)."""
+        columns = np.zeros((3, self.unknowns + 1))
+        columns[:, place] = direction
+        return columns
+
+    def pull(self, direction: np.ndarray) -> np.ndarray:
+        """The pull of the rope along a direction (3,)."""
+        return self.unknown(self.unknowns - 1, direction)
+
     def body(self, about: np.ndarray, loads: list[tuple[np.ndarray, np.ndarray]]) -> None:
         """Forces and moments of loads (where, a (3, unknowns + 1) force) on a body."""
         total = sum(force for _, force in loads)
@@ -144,19 +160,6 @@ def pin_forces(
     up, count = np.array([0.0, 0.0, 1.0]), 20 * n + 1
     balance = Balance(count)
 
-    def known(force: np.ndarray) -> np.ndarray:
-        columns = np.zeros((3, count + 1))
-        columns[:, -1] = force
-        return columns
-
-    def unknown(place: int, direction: np.ndarray) -> np.ndarray:
-        columns = np.zeros((3, count + 1))
-        columns[:, place] = direction
-        return columns
-
-    def pull(direction: np.ndarray) -> np.ndarray:
-        return unknown(count - 1, direction)
-
     on_post = [[] for _ in range(n)]  # loads on each vertical bar
     on_slider = [([], []) for _ in range(n)]  # and on its two sliders
     axes = []  # unknowns of each half cross-bar, and its directions
@@ -171,8 +174,8 @@ def pin_forces(
                 corner = posts[module + end] + side * up * a / 2
                 ray = forwards * along * math.sin(alpha) - side * up * math.cos(alpha)
                 halves.append((corner, ray))
-            at_middle = pull(-halves[0][1] - halves[1][1])  # of the pulley there
-            pin = unknown(first + 6, along) + unknown(first + 7, up)
+            at_middle = balance.pull(-halves[0][1] - halves[1][1])  # of the pulley there
+            pin = balance.unknown(first + 6, along) + balance.unknown(first + 7, up)
             if module == face == 0:  # the ring's own stress is free: the halves here are alike
                 balance.rows.append((pin - at_middle / 2)[2])
 
@@ -182,17 +185,17 @@ def pin_forces(
                 joint, middle = corner + c * ray, corner + b * ray
                 push = (joint - seat) / truss.link
                 place = first + 3 * end
-                of_corner = unknown(place, along) + unknown(place + 1, up)
-                of_link = unknown(place + 2, push)
+                of_corner = balance.unknown(place, along) + balance.unknown(place + 1, up)
+                of_link = balance.unknown(place + 2, push)
                 of_middle = pin if end == 0 else at_middle - pin
                 balance.body(corner, [(corner, of_corner), (joint, of_link), (middle, of_middle)])
                 foot = posts[post] + side * up * a / 2
                 on_post[post] += [
                     (foot, -of_corner),
-                    (foot, pull(ray)),
-                    (foot, pull(-side * up)),
+                    (foot, balance.pull(ray)),
+                    (foot, balance.pull(-side * up)),
                 ]
-                on_slider[post][face].extend([-of_link, pull(side * up)])
+                on_slider[post][face].extend([-of_link, balance.pull(side * up)])
                 axes.append((place, ray, of_corner, of_middle))
 
     for post in range(n):
@@ -201,14 +204,14 @@ def pin_forces(
             foot = posts[post] + side * up * a / 2
             seat = foot - side * up * slider
             place = 20 * post + 16 + 2 * face
-            contact = unknown(place, np.array([1.0, 0.0, 0.0]))
-            contact = contact + unknown(place + 1, np.array([0.0, 1.0, 0.0]))
-            on_slider[post][face].extend([contact, known(-side * up * spring)])
+            contact = balance.unknown(place, np.array([1.0, 0.0, 0.0]))
+            contact = contact + balance.unknown(place + 1, np.array([0.0, 1.0, 0.0]))
+            on_slider[post][face].extend([contact, balance.known(-side * up * spring)])
             balance.rows += list(sum(on_slider[post][face]))
             on_post[post] += [
                 (seat, -contact),
-                (foot, known(side * up * spring)),
-                (foot, known(inwards * net)),
+                (foot, balance.known(side * up * spring)),
+                (foot, balance.known(inwards * net)),
             ]
         balance.body(posts[post], on_post[post])
 
