@@ -36,7 +36,7 @@ LIMITS = {
     "reaction": ("peak-reaction", rf"least possible is {NUMBER} N"),
     "rope_speed": ("peak-rope-speed", rf"least possible is {NUMBER} m/s"),
     "rope_acceleration": ("peak-rope-acceleration", rf"least possible is {NUMBER} m/s\^2"),
-    "duration": ("", rf"at least {NUMBER} s"),
+    "duration": ("", rf"(?:need|duration to|takes) at least {NUMBER} s"),
 }
 REFUSALS = 4  # in a row, as one proof after the other may name a number
 
@@ -52,7 +52,6 @@ def question(seed: int, index: int) -> Question:
 
 def answer(question: Question, folder: Path) -> Row:
     """State the limit, and what each refusal names in its place."""
-    limit, pattern = question["limit"], LIMITS[question["limit"]][1]
     raw = _missed(question)
     said: list[str] = []
     for _ in range(REFUSALS):
@@ -62,14 +61,24 @@ def answer(question: Question, folder: Path) -> Row:
             said.append(str(refused))
         else:
             return {"helped": len(said) > 0, "said": said}
-        found = re.search(pattern, said[-1])
-        if found is None or (len(said) > 1 and said[-1].split(":")[-1] == said[-2].split(":")[-1]):
+        if not _followed(raw, said[-1], question["limit"]):
             break
-        place = raw if limit == "duration" else raw["caps"]
-        if place[limit] == float(found[1]):  # the same number again
-            break
-        place[limit] = float(found[1])
     return {"helped": False, "said": said}
+
+
+def _followed(raw: dict[str, Any], refusal: str, preferred: str) -> bool:
+    """Type the number of a refusal back, that of the case's own limit first."""
+    springs = re.search(rf"spring_free_length to {NUMBER} m", refusal)
+    if springs is not None:
+        raw["truss"]["spring_free_length"] = float(springs[1])
+        return True
+    for limit in (preferred, *LIMITS):
+        found = re.search(LIMITS[limit][1], refusal)
+        place = raw if limit == "duration" else raw["caps"]
+        if found is not None and place.get(limit) != float(found[1]):
+            place[limit] = float(found[1])
+            return True
+    return False
 
 
 def _missed(question: Question) -> dict[str, Any]:

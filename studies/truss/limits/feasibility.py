@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from models.laws import least_jerk_cap
-from models.truss import TrussParameters, far_end_ratio, rope_travel, static_force
+from models.truss import TrussParameters, far_end_ratio, rope_travel, slider_distance, static_force
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.typed_limits import lower_limit, upper_limit
 from studies.drive.motor import rope_force_of
@@ -93,7 +93,7 @@ def _check_jerk(study: TrussStudy) -> None:
         raise _infeasible(
             f"no motion deploys in {duration:g} s with a jerk cap of {jerk:.6g} rad/s^3; "
             f"the least feasible cap is 32 D/T^3 = {upper_limit(least)} rad/s^3, or lengthen "
-            "the duration"
+            f"the duration to at least {upper_limit((32.0 * study.stroke / jerk) ** (1 / 3))} s"
         )
 
 
@@ -210,6 +210,14 @@ def _check_tension(study: TrussStudy) -> None:
     for where, force, share in end_forces(study.truss):
         tension = force * share
 
+        if study.jerk_limited and tension < 0.0:
+            longest = float(slider_distance(study.truss, study.truss.stowed_angle))
+            raise _infeasible(
+                f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} the "
+                f"springs pull, and ropes cannot push; lengthen spring_free_length to "
+                f"{upper_limit(longest)} m, or remove the jerk cap, with which the acceleration "
+                "is zero there"
+            )
         if study.jerk_limited and floor > tension * (1 + ROUNDING):
             raise _infeasible(
                 f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} "
