@@ -22,6 +22,7 @@ SHOWS = {
     "check-rounding": "benchmarks.shows.drive.check_rounding",
     "codesign": "benchmarks.shows.scale.codesign",
     "truss-random": "benchmarks.shows.truss_random",
+    "truss-remedies": "benchmarks.shows.truss_remedies",
     "truss-words": "benchmarks.shows.truss_words",
     "mechanism-caps": "benchmarks.shows.drive.mechanism_caps",
     "factored-force": "benchmarks.shows.drive.factored_force",

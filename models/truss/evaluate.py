@@ -40,7 +40,7 @@ class TrussMotion:
     rope_length, rope_speed, rope_acceleration : of one rope [m, m/s, m/s^2], (20); the speed is
         dL/dt, negative while the rope is hauled in.
     rope_force, far_end_tension : T1 at the motor and T_4n at the fixed end [N], (38), (29).
-    bar_force : largest compression in a bar at the motor [N].
+    bar_force : largest compression in a bar at the motor, without shear between modules [N].
     motor_power : -2 T1 dL/dt [W], of both ropes.
     joint_power, pulley_power : dissipated [W].
     kinetic_energy, potential_energy : [J], (22), (26).

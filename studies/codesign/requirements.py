@@ -25,6 +25,7 @@ from ocp import Bound
 from ocp.arrays import Array
 from studies.codesign.config import CodesignStudy
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.rounding import down, up
 from studies.truss.config import DEPLOYED
 from studies.truss.limits.ridge import ridge_force
 
@@ -106,14 +107,14 @@ def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
     yield Requirement(
         "stowed height", "m", "design.stowed_height", height, "most", _room_of_the_sliders
     )
-    if truss.pulley_friction > 0.0:
-        angles = np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)
 
-        def bars(t: TrussParameters) -> Any:
-            return _bars_at_rest(with_symbols(t, pulley_friction=0.0), angles)
+    def bars(t: TrussParameters) -> Any:
+        return _bars_at_rest(with_symbols(t, pulley_friction=0.0))
 
-        title = "largest force in a bar at rest, without pulley friction"
-        yield Requirement(title, "N", "truss", float(bars(truss)), "most", bars)
+    if design.bar_force is not None or truss.pulley_friction > 0.0:
+        title = "largest force in a bar without friction"
+        most = stated(design.bar_force, bars)
+        yield Requirement(title, "N", "design.bar_force", most, "most", bars)
 
 
 def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
@@ -155,13 +156,12 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
     if helped > MOST_HELP:
         return
     left = (1.0 - 2.0 * helped) / (1.0 + CREEP_SLACK)
-    angles = np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)
 
     def rope(t: TrussParameters) -> Any:
-        return left * ca.mmax(ca.vertcat(*(static_force(t, angle, "taut") for angle in angles)))
+        return left * ca.mmax(ca.vertcat(*(static_force(t, angle, "taut") for angle in _taut(t))))
 
     def bars(t: TrussParameters) -> Any:
-        return left * _bars_at_rest(t, angles)
+        return left * _bars_at_rest(t)
 
     for title, key, cap, number in (
         ("rope force while it creeps", "force", caps.force, rope),
@@ -171,13 +171,18 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
             yield Requirement(title, "N", f"caps.{key}", cap, "most", number, at_rest=True)
 
 
-def _bars_at_rest(truss: TrussParameters, angles: Array) -> Any:
-    """Largest compression in a bar [N] of a truss that rests at one of the angles, its net taut."""
+def _bars_at_rest(truss: TrussParameters) -> Any:
+    """Largest force in a bar while the truss creeps under its taut net [N]."""
     forces = (
         bar_forces(truss, angle, 0.0, 0.0, static_force(truss, angle, "taut"), "taut")
-        for angle in angles
+        for angle in _taut(truss)
     )
     return ca.mmax(ca.vertcat(*(one for three in forces for one in three)))
+
+
+def _taut(truss: TrussParameters) -> Array:
+    """Angles at which the net is taut [rad]; no design changes them."""
+    return np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)
 
 
 def _holding_force(truss: TrussParameters) -> Any:
@@ -211,10 +216,11 @@ def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None
         value = float(requirement.expression(with_symbols(study.deployment.truss, **design)))
         kept = [one.words for one in held[1:count] if abs(_slack_at(study, one, design)) <= 1e-4]
         beside = f" beside {' and '.join(kept)}" if kept else ""
-        extreme = "most" if requirement.is_least else "least"
+        extreme, typed = ("most", down) if requirement.is_least else ("least", up)
         raise StudyError(
             f"no design within {100 * study.design.range:g} % was found with a "
-            f"{requirement.words}{beside}: the {extreme} found is {value:.6g} {requirement.unit}; "
+            f"{requirement.words}{beside}: the {extreme} found is {typed(value)} "
+            f"{requirement.unit}; "
             f"change {requirement.key} to that, or widen design.range",
             ExitCode.NOT_SOLVED,
         )

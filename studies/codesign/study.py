@@ -21,7 +21,7 @@ from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
-from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
+from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated, without_shear
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.bounds import lower_bounds
@@ -134,8 +134,7 @@ def _without_force_caps(study: TrussStudy) -> TrussStudy:
 def _with_bars(study: CodesignStudy, stated: BestMotion) -> CodesignStudy:
     """The study with a cap on the bars: as stated, or what the stated design needs of them.
 
-    With pulley friction the forces of a motion lack the shear: `requirements` keep the force
-    without friction.
+    With friction their force is not known, and a requirement of the design stands for the cap.
     """
     deployment = study.deployment
     if deployment.caps.bar_force is not None or deployment.truss.pulley_friction > 0.0:
@@ -167,7 +166,7 @@ def _result(made: Codesign) -> Result:
             engine_criterion(made.solution),
         ),
         costs_elsewhere=costs_elsewhere(table),
-        remarks=(*_remarks(made), *tolerated(better, best)),
+        remarks=(*_remarks(made), *tolerated(better, best), *_of_the_bars(better)),
         details={
             "study": truss_dictionary(better),
             "design": dict(made.found.design),
@@ -254,6 +253,18 @@ def _verdict(made: Codesign) -> Verdict:
         "local",
         f"local: best of {solved} starts; {optima} optim{'um' if optima == 1 else 'a'} found: "
         f"{listed}",
+    )
+
+
+def _of_the_bars(study: TrussStudy) -> tuple[str, ...]:
+    """With friction, which force in the bars the design keeps."""
+    sentences = without_shear(study)
+    if not sentences:
+        return ()
+    return (
+        *sentences,
+        "Both designs are held to the largest force in a bar without friction, at rest at each "
+        "angle: design.bar_force, by default that of the stated design.",
     )
 
 

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 
 DIGITS = 6
 
 
-def up(value: float) -> str:
-    """A number that is to be reached at least, such as a cap to raise: six digits, none below."""
-    return _rounded(value, ROUND_CEILING)
+def up(value: float, digits: int = DIGITS) -> str:
+    """A number that is to be reached at least, such as a cap to raise, rounded up."""
+    return _rounded(value, digits, ROUND_CEILING)
 
 
-def down(value: float) -> str:
-    """A number that is to be reached at most, such as a lower limit: six digits, none above."""
-    return _rounded(value, ROUND_FLOOR)
+def down(value: float, digits: int = DIGITS) -> str:
+    """A number that is to be reached at most, such as a lower limit, rounded down."""
+    return _rounded(value, digits, ROUND_FLOOR)
 
 
-def _rounded(value: float, rounding: str) -> str:
-    exact = Decimal(value)
-    place = Decimal(1).scaleb(exact.adjusted() - DIGITS + 1)
-    return f"{float(exact.quantize(place, rounding=rounding)):.{DIGITS}g}"
+def _rounded(value: float, digits: int, rounding: str) -> str:
+    return f"{float(Context(prec=digits, rounding=rounding).create_decimal(value)):.{digits}g}"

@@ -11,7 +11,7 @@ from ocp import Solution
 from studies.common.comparison_table import TableRow
 from studies.common.result import Criterion, at_most
 from studies.truss.config import DEPLOYED, TrussStudy
-from studies.truss.limits.caps import NO_SHEAR, cap_on
+from studies.truss.limits.caps import cap_on
 from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import paper_laws
@@ -51,7 +51,7 @@ def table_rows(
     rows = [
         TableRow(
             key=key,
-            title=title_of(study, key),
+            title=_title(study, key),
             unit=QUANTITIES[key].unit,
             values={deployment.name: deployment.values[key] for deployment in laws},
             cap=cap_of(study, key),
@@ -66,12 +66,20 @@ def table_rows(
     return (*_weighted_sums(study, laws), *rows)
 
 
-def title_of(study: TrussStudy, key: str) -> str:
-    """How tables call a quantity; the forces in the bars say what the model leaves out."""
-    title = QUANTITIES[key].title
-    if key == "peak-bar-force" and study.truss.pulley_friction > 0.0:
-        return f"{title} ({NO_SHEAR})"
-    return title
+def _title(study: TrussStudy, key: str) -> str:
+    """Title of a row; with friction the bars' one names the part that is not modelled."""
+    shear = key == "peak-bar-force" and study.truss.pulley_friction > 0.0
+    return f"{QUANTITIES[key].title}{' without shear' if shear else ''}"
+
+
+def without_shear(study: TrussStudy) -> tuple[str, ...]:
+    """With friction, a sentence on the force in the bars that the table shows."""
+    if study.truss.pulley_friction == 0.0:
+        return ()
+    return (
+        "The largest force in a bar is without shear: links and bars may carry up to four times "
+        "this.",
+    )
 
 
 def _weighted_sums(study: TrussStudy, laws: Sequence[Deployment]) -> list[TableRow]:

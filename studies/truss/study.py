@@ -14,7 +14,13 @@ from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
 from studies.common.result import Result, Series
-from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
+from studies.truss.checks import (
+    criteria,
+    engine_criterion,
+    table_rows,
+    tolerated,
+    without_shear,
+)
 from studies.truss.config import TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.margins import margins_of
@@ -97,6 +103,7 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
             *margins.sentences,
             *best.remarks,
             *tolerated(study, best.deployment),
+            *without_shear(study),
             *remarks,
             *_at_the_shortest(study, duration),
             *peaks,

@@ -65,7 +65,7 @@ class Caps:
     reaction : on the supporting arm [N].
     least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
     far_end_tension : of the rope's last segment, at its fixed end [N].
-    bar_force : compression in any bar, by statics [N].
+    bar_force : compression in any bar, by statics and without pulley friction [N].
     factored_force : of the motor on each rope, with the margins that are asked for [N].
 
     Raises
@@ -107,7 +107,7 @@ class Caps:
         positive, "N", "most tension of the rope's last segment, at its fixed end"
     )
     bar_force: float | None = optional_key(
-        positive, "N", "most compression in a link or cross-bar, by statics"
+        positive, "N", "most compression in a link or cross-bar; without pulley friction only"
     )
     factored_force: float | None = optional_key(
         positive, "N", "most force that the motor must be able to pull for the margins; needs them"
@@ -135,8 +135,6 @@ CAPPED: Mapping[str, str] = {
     "least-tension": "least_tension",
     "peak-factored-force": "factored_force",
 }
-# of forces in the bars with pulley friction, see `models.truss.bar_forces`
-NO_SHEAR = "without shear: links and bars may carry up to 4 times this"
 CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1
 
 # caps whose least value is looked for where no motion was found; the first that is stated. The
@@ -182,9 +180,12 @@ def check_stated(
     margin: MarginRequirements | None,
     friction: float,
 ) -> None:
-    """Refuse what needs a drive or margins, or more of them than is stated.
+    """Refuse what needs a drive or margins that are not stated, or what friction leaves unknown.
 
-    Forces in the bars are refused with pulley friction, whose shear the model leaves out.
+    Parameters
+    ----------
+    friction : float
+        Between ropes and pulleys [-].
 
     Raises
     ------
@@ -197,6 +198,13 @@ def check_stated(
         for quantity, name in CAPPED.items()
         if getattr(caps, name) is not None
     }
+    if friction > 0.0 and "peak-bar-force" in asked:
+        raise StudyError(
+            f"{asked['peak-bar-force']} needs truss.pulley_friction = 0, but it is {friction:g}: "
+            "with friction the modules shear each other, and links and bars may carry up to four "
+            "times the force that is modelled; set --friction 0, or leave that force out"
+        )
+
     for quantity, words in asked.items():
         needed = QUANTITIES[quantity].needs
         if needed == "margin":
@@ -209,11 +217,6 @@ def check_stated(
             raise StudyError(
                 f"{words} needs the drive; add {needed} to [drive] of the study, or to the file "
                 "of --drive"
-            )
-        if quantity == "peak-bar-force" and friction > 0.0:
-            raise StudyError(
-                f"{words} needs a truss without pulley friction, but truss.pulley_friction is "
-                f"{friction:g}: {NO_SHEAR}; set it to 0, or leave {words} out"
             )
 
 

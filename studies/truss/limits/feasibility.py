@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from models.laws import least_jerk_cap
-from models.truss import TrussParameters, far_end_ratio, rope_travel, static_force
+from models.truss import TrussParameters, far_end_ratio, rope_travel, slider_distance, static_force
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.rounding import down, up
 from studies.drive.motor import rope_force_of
@@ -78,7 +78,7 @@ def check_attained(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
     if not least.attained and keeps_the_caps(study, least.motion):
         raise _infeasible(
             f"no motion is best: {least.sentence}; cap the jerk, or take less than "
-            f"{least.motion.duration:.3g} s"
+            f"{down(least.motion.duration, 3)} s"
         )
 
 
@@ -92,7 +92,8 @@ def _check_jerk(study: TrussStudy) -> None:
     if jerk is not None and jerk < least * (1 - ROUNDING):
         raise _infeasible(
             f"no motion deploys in {duration:g} s with a jerk cap of {jerk:.6g} rad/s^3; "
-            f"the least feasible cap is 32 D/T^3 = {up(least)} rad/s^3, or lengthen the duration"
+            f"the least feasible cap is 32 D/T^3 = {up(least)} rad/s^3, or lengthen the duration "
+            f"to at least {up((32.0 * study.stroke / jerk) ** (1 / 3))} s"
         )
 
 
@@ -208,6 +209,13 @@ def _check_tension(study: TrussStudy) -> None:
     for where, force, share in end_forces(study.truss):
         tension = force * share
 
+        if study.jerk_limited and tension < 0.0:
+            longest = float(slider_distance(study.truss, study.truss.stowed_angle))
+            raise _infeasible(
+                f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} the "
+                "springs pull, and ropes cannot push; lengthen spring_free_length to "
+                f"{up(longest)} m, or remove the jerk cap"
+            )
         if study.jerk_limited and floor > tension * (1 + ROUNDING):
             raise _infeasible(
                 f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} "
@@ -218,8 +226,8 @@ def _check_tension(study: TrussStudy) -> None:
         if cap is not None and floor / share > cap:
             raise _infeasible(
                 f"a least tension of {floor:g} N needs a motor force of {up(floor / share)} N at "
-                f"the {where}, above the force cap of {cap:g} N; lower the one or "
-                "raise the other"
+                f"the {where}, above the force cap of {cap:g} N; lower the one to "
+                f"{down(share * cap)} N, or raise the other to that"
             )
 
 
