@@ -194,9 +194,9 @@ def test_what_cannot_be_read_is_refused_with_the_reason(
     file, write, words = REFUSED[name]
     write(tmp_path / file)
     assert main(["check", str(tmp_path / file), "--no-optimum"]) == ExitCode.BAD_INPUT
-    line, *command = capsys.readouterr().err.splitlines()
-    assert words in line
-    assert not command or command[0].startswith("  antenna-ocp check ")
+    said, *command = capsys.readouterr().err.split("\n  antenna-ocp check ")
+    assert words in " ".join(said.split())
+    assert len(command) <= 1
 
 
 def test_a_column_can_be_named(tmp_path: Path) -> None:

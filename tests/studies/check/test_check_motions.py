@@ -171,7 +171,7 @@ def test_seconds_that_are_headed_ms_are_told_from_the_length(tmp_path: Path, cap
     law, time = paper_laws(TRUSS, 10.0)[0].law, np.linspace(0.0, 10.0, 101)
     path = write(tmp_path / "a.csv", time, law.motion(time).angle, "Time [ms],angle [rad]")
     assert main(["check", str(path), "--no-optimum"]) == ExitCode.BAD_INPUT
-    said = capsys.readouterr().err
+    said = " ".join(capsys.readouterr().err.split())
     assert "lasts 0.01 s; most likely the unit of its time column is wrong" in said
     assert "'Time [ms]'" in said
 
