@@ -17,7 +17,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.comparison_table import TableRow
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
@@ -90,7 +90,7 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
     study : MissionStudy
         What is asked.
     console : Console, optional
-        Where lines of progress go; nowhere by default.
+        Where lines of progress go: standard error by default. `silent()` shows none.
 
     Returns
     -------
@@ -103,7 +103,11 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
         If a stage has no motion in a time that it is given, or the user stopped before there was
         a motion.
     """
-    console = console or silent()
+    with at_work(console) as told:
+        return _answer(study, told)
+
+
+def _answer(study: MissionStudy, console: Console) -> Result:
     found = _FoundMotions(study, console)
     curves = list(found.curves.values())
     rigid = [rigid_duration(study, name) for name in STAGES]

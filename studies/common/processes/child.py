@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
@@ -86,11 +87,15 @@ def _end_after(parent: BaseProcess) -> None:
     os._exit(1)
 
 
-@dataclass
+@dataclass(eq=False)
 class _SentLines(Console):
     """A console whose lines of progress are sent to the process that prints them."""
 
     lines: Lines | None = None
+
+    def at_work(self) -> AbstractContextManager[None]:
+        """Repeat nothing: the process that prints does."""
+        return nullcontext()
 
     def progress(self, text: str) -> None:
         """Send a line of progress."""
