@@ -13,8 +13,8 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
@@ -93,9 +93,10 @@ class _SentLines(Console):
 
     lines: Lines | None = None
 
-    def at_work(self) -> AbstractContextManager[None]:
+    @contextmanager
+    def at_work(self) -> Iterator[None]:
         """Repeat nothing: the process that prints does."""
-        return nullcontext()
+        yield
 
     def progress(self, text: str) -> None:
         """Send a line of progress."""
