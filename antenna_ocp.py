@@ -53,7 +53,9 @@ def leave(number: int, frame: object) -> None:
 def listen() -> None:
     """Let Ctrl-C raise KeyboardInterrupt from now on."""
     if signal.getsignal(signal.SIGINT) is leave:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        from studies.common.stops import interrupt
+
+        signal.signal(signal.SIGINT, interrupt)
 
 
 def main() -> int:

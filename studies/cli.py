@@ -10,22 +10,19 @@ import argparse
 import importlib
 import os
 import re
-import signal
 import sys
 import tempfile
 import textwrap
-import threading
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
-from types import FrameType
 from typing import Any, NoReturn
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
 from studies.common.key_flags import Run, typed_flags, with_flags_named
+from studies.common.stops import stops_heard
 
 PROGRAM = "antenna-ocp"
 
@@ -262,10 +259,11 @@ def main(
     """
     console = Console()
     try:
-        options, run = parse(sys.argv[1:] if arguments is None else arguments)
-        listen()
-        with stops_heard():
-            return int(run(options, console))
+        with console.at_work():
+            options, run = parse(sys.argv[1:] if arguments is None else arguments)
+            listen()
+            with stops_heard(console):
+                return int(run(options, console))
     except StudyError as error:
         console.complain(str(error))
         return int(error.exit_code)
@@ -277,26 +275,6 @@ def main(
         return int(ExitCode.OK)
     except Exception as error:
         return _report_defect(error, console)
-
-
-@contextmanager
-def stops_heard() -> Iterator[None]:
-    """Let SIGTERM end a run as Ctrl-C does, with what was found kept."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # signals are the main thread's
-        return
-
-    def as_ctrl_c(number: int, frame: FrameType | None) -> None:
-        # a shell lets what runs in its background ignore Ctrl-C, but this was meant
-        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-            raise KeyboardInterrupt
-        signal.raise_signal(signal.SIGINT)
-
-    former = signal.signal(signal.SIGTERM, as_ctrl_c)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, former)
 
 
 def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -23,6 +24,9 @@ from ocp.arrays import Array, Integers
 from ocp.nlp.solver import StartingPoint
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 # A cubic that has a minimum has a hill beside it, behind which it falls. Where that is lower than
 # this part of the objective, the point is an inflection or next to one: the way beyond is tried.
@@ -44,6 +48,12 @@ _REGULAR = 1e-10
 
 # Part of the largest change of a time or an unknown, up to which another one stays as it is
 _HELD = 1e-6
+
+# Times the square root of its rows: entries beyond which a column counts as dense, as in COLAMD
+_DENSE = 10.0
+
+# Solutions of a system: the second one takes away what rounding leaves of the first
+_GOES = 2
 
 # Unknowns and rows up to which CasADi's factors take less than loading SciPy
 _SMALL = 1000
@@ -85,7 +95,7 @@ def inflection(
     size = max(abs(float(program.oracle(point.x, parameters)[0])), _LEAST_OBJECTIVE)
     try:
         responses = beside.pulled_by(along[free])
-    except RuntimeError:  # the system is singular, or holds no numbers
+    except (RuntimeError, np.linalg.LinAlgError):  # the system is singular, or holds no numbers
         return None
     # where a change leads beyond all numbers nothing is told: no comparison with nan holds
     with np.errstate(all="ignore"):
@@ -196,10 +206,37 @@ def _solved(matrix: ca.DM, right: Array) -> Array:
     if pattern.size1() <= _SMALL:
         return np.array(ca.Linsol("system", "csparse", pattern).solve(matrix, ca.DM(right)))
     from scipy.sparse import csc_matrix
-    from scipy.sparse.linalg import splu
 
     numbers = np.array(matrix.nonzeros()), pattern.row(), pattern.colind()
-    return np.asarray(splu(csc_matrix(numbers, shape=matrix.shape)).solve(right))
+    return _bordered(csc_matrix(numbers, shape=matrix.shape), right)
+
+
+def _bordered(matrix: csc_matrix, right: Array) -> Array:
+    """The solutions of a symmetric sparse system for some right sides (n, k).
+
+    A time, a peak or a parameter is in the rows of every interval. The factors of a matrix with
+    such columns fill up: 2 GB for 360 intervals. They are set apart and found from a small dense
+    system (the Schur complement), with whatever depends on them alone.
+    """
+    from scipy.sparse.linalg import splu
+
+    entries = np.diff(matrix.indptr)
+    apart = entries > _DENSE * math.sqrt(matrix.shape[0])
+    others = np.diff(matrix[~apart].tocsc().indptr)
+    apart |= (others <= 1) & (entries > others)
+    rest, few = np.flatnonzero(~apart), np.flatnonzero(apart)
+    factors, beside = splu(matrix[rest][:, rest].tocsc()), matrix[rest][:, few].toarray()
+    follows = factors.solve(beside)
+    dense = matrix[few][:, few].toarray() - beside.T @ follows
+
+    solution, left = np.zeros_like(right), right
+    for _ in range(_GOES):
+        alone = factors.solve(left[rest])
+        change = np.zeros_like(right)
+        change[few] = np.linalg.solve(dense, left[few] - beside.T @ alone)
+        change[rest] = alone - follows @ change[few]
+        solution, left = solution + change, left - matrix @ change
+    return solution
 
 
 def _stiffness(values: Array, multipliers: Array, limits: tuple[Array, Array]) -> Array:

@@ -261,11 +261,11 @@ class MeshSolver:
         progress = self.progress
         if progress is None:
             return None
-        unit = program.scales.objective * self.problem.sense
+        limits = self.limits(program)
         begin = f"{self.problem.name}: mesh iteration {number} ({program.mesh.intervals} intervals)"
 
         def listen(iteration: int, objective: float, x: Array, rows: Array) -> bool:
-            progress(f"{begin}, iteration {iteration}, objective {objective * unit:.6g}")
+            progress(f"{begin}, iteration {iteration}, violation {limits.violation(rows):.1e}")
             return False
 
         return listen

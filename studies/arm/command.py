@@ -122,7 +122,9 @@ baselines = Question("arm baselines", "arm-baselines", "BaselinesStudy", "arm-{s
 least_duration = Question(
     "arm least-duration", "arm-least-duration", "LeastDurationStudy", "arm-{stage}-least"
 )
-sequence = Question("arm sequence", "arm-sequence", "SequenceStudy", "arm-sequence-{least}")
+sequence = Question(
+    "arm sequence", "arm-sequence", "SequenceStudy", "arm-sequence-{least}", goes_on=True
+)
 trade_off = Question("pareto arm", "pareto-arm", "TradeOffStudy", "arm-{stage}-trade-off")
 robust = Question("robust arm", "robust", "RobustStudy", "arm-robust-{stage}-{drive}")
 

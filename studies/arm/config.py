@@ -23,7 +23,7 @@ from models.arm.parameters import (
 from models.errors import ModelError
 from studies.arm.optimal.objectives import OBJECTIVES, RESIDUAL
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive
-from studies.arm.search_limits import MOST_ELEMENTS, MOST_MODES
+from studies.arm.search_limits import MOST_ELEMENTS, MOST_MODES, SEQUENCE_SECONDS
 from studies.arm.stage import STAGES, Stage, TorqueCaps
 from studies.common.configuration import (
     Reader,
@@ -339,6 +339,12 @@ class SequenceStudy:
         positive,
         "s",
         "sample time of the exported profile; unless stated the longest that keeps the residual",
+    )
+    seconds: float = key(
+        positive,
+        "s",
+        "that the search may take; the best until then is kept",
+        default=SEQUENCE_SECONDS,
     )
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
 

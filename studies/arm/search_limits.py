@@ -79,6 +79,7 @@ FRONT_SECONDS = 3600.0  # that all slices may take
 # Both stages as one problem
 BARRIERS: tuple[Barrier, ...] = ("adaptive", "monotone")  # tried one after the other
 SEQUENCE_INTERVALS = (150, 10, 200)  # of big arm, dwell and small arm
+SEQUENCE_SECONDS = 300.0  # that a search may take, unless stated: some times what it takes
 UNRESOLVED = 10.0  # times the residual allowed, above which no more replays are made
 LONGEST_DWELL = 1000.0  # [s]; its vibration is resolved by the replays, however little it is
 SEQUENCE_WINDOW = (0.3, 3.0)  # of the guessed durations, between which the optimiser chooses

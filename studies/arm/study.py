@@ -29,7 +29,7 @@ from studies.arm.questions.sequence.study import (
 )
 from studies.arm.questions.trade_off import trade_off
 from studies.arm.trade_off import LAWS_LEFT, TradeOffStudy
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.result import Result
@@ -38,11 +38,15 @@ AnyArmStudy = (
     ArmStudy | BaselinesStudy | LeastDurationStudy | SequenceStudy | TradeOffStudy | RobustStudy
 )
 
-# a further question is a configuration and the function that answers it
+# a further question is a configuration and the function that answers it, first those whose solves
+# are kept
+_KEEPING: Mapping[type[Any], Callable[[Any, Console, FinishedStarts | None], Result]] = {
+    ArmStudy: solve_motion,
+    SequenceStudy: find_sequence,
+}
 _ANSWERS: Mapping[type[Any], Callable[[Any, Console], Result]] = {
     BaselinesStudy: compare_baselines,
     LeastDurationStudy: find_least_durations,
-    SequenceStudy: find_sequence,
     TradeOffStudy: lambda study, console: (trade_off if study.objectives == LAWS_LEFT else front)(
         study, console
     ),
@@ -83,9 +87,10 @@ def run(
         `ArmStudy` (one motion), `BaselinesStudy`, `LeastDurationStudy`, `SequenceStudy`,
         `TradeOffStudy` and `RobustStudy` of `studies.arm`.
     console : Console, optional
-        Where progress is said; nowhere by default.
+        Where lines of progress go: standard error by default. `silent()` shows none.
     kept : FinishedStarts, optional
-        Where the solves of an `ArmStudy` go to, and where those of an earlier run are read.
+        Where the solves of an `ArmStudy` or a `SequenceStudy` go to, and where those of an
+        earlier run are read.
 
     Returns
     -------
@@ -100,8 +105,9 @@ def run(
     """
     check(study)
     try:
-        if isinstance(study, ArmStudy):
-            return solve_motion(study, console or silent(), kept)
-        return _ANSWERS[type(study)](study, console or silent())
+        with at_work(console) as told:
+            if keeping := _KEEPING.get(type(study)):
+                return keeping(study, told, kept)
+            return _ANSWERS[type(study)](study, told)
     except ModelError as error:  # such as a step that diverges
         raise StudyError(str(error), ExitCode.NOT_SOLVED) from error

@@ -18,7 +18,7 @@ from studies.codesign.prices import Price, prices
 from studies.codesign.requirements import Requirement, check_some_design, requirements
 from studies.codesign.search import ROUGH, STATED, BestDesign, designed, search
 from studies.common.comparison_table import TableRow, costs_elsewhere
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work, silent
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated, without_shear
@@ -94,7 +94,7 @@ def run(study: CodesignStudy, console: Console | None = None) -> Result:
     study : CodesignStudy
         What is asked.
     console : Console, optional
-        Where lines of progress go; nowhere by default.
+        Where lines of progress go: standard error by default. `silent()` shows none.
 
     Returns
     -------
@@ -106,7 +106,11 @@ def run(study: CodesignStudy, console: Console | None = None) -> Result:
     StudyError
         If no design meets the requirements, or none was found.
     """
-    console = console or silent()
+    with at_work(console) as told:
+        return _answer(study, told)
+
+
+def _answer(study: CodesignStudy, console: Console) -> Result:
     console.progress(f"{STATED}: its own best motion, to compare with")
     stated = Search(_without_force_caps(study.deployment), console).run()
     study = _with_bars(study, stated)

@@ -4,14 +4,18 @@ import io
 import shutil
 import sys
 import textwrap
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TextIO
 
 LONGEST_LINE = 198  # characters of a line of a message, before a semicolon or behind its indent
 PLAIN_TIMES = 10.0  # times a limit: beyond it a percentage says less than the ratio
-QUIET = 10.0  # [s] between lines of progress where there is no terminal
+QUIET = 4.0  # [s] without a line, after which the last one is repeated: one comes every 5 s
+_TERMINAL_QUIET = 1.0  # [s] the same on a terminal
+_LOOK = 0.5  # [s] between two looks at whether it is quiet
 
 
 @dataclass(frozen=True)
@@ -74,38 +78,92 @@ def above(excess: float) -> str:
     return f"{float(f'{ratio:.2g}'):.0f} times" if ratio < 1e6 else f"{ratio:.1e} times"
 
 
-@dataclass
+@dataclass(eq=False)
 class Console:
-    """Prints results to standard output and progress to standard error."""
+    """Prints results to standard output and progress to standard error.
+
+    While it is `at_work`, a thread repeats the last line where no other comes for a while. CasADi
+    and NumPy let it run during long work of theirs.
+    """
 
     out: TextIO = field(default_factory=lambda: sys.stdout)
     progress_to: TextIO = field(default_factory=lambda: sys.stderr)
     started: float = field(default_factory=time.monotonic)
-    _shown: float = field(default_factory=time.monotonic)  # when the last live line was shown
+    _shown: float = field(default_factory=time.monotonic)  # when a line was shown
+    _stage: str = "loading"  # where the work stands
+    _since: float = field(default_factory=time.monotonic)  # when it came there
     _live: int = 0  # length of the live line on the terminal
+    _beating: bool = False
+    _lock: threading.RLock = field(default_factory=threading.RLock)
+
+    @contextmanager
+    def at_work(self) -> Iterator[None]:
+        """Say inside the block, every few seconds at least, where the work stands."""
+        if self._beating:
+            yield
+            return
+        self._beating, ended = True, threading.Event()
+        self._shown = self._since = time.monotonic()
+        beat = threading.Thread(target=self._beat, args=(ended,), daemon=True)
+        beat.start()
+        try:
+            yield
+        finally:
+            self._beating = False
+            ended.set()
+            beat.join()
+
+    def _beat(self, ended: threading.Event) -> None:
+        while not ended.wait(_LOOK):
+            quiet = _TERMINAL_QUIET if self.progress_to.isatty() else QUIET
+            with self._lock:
+                now = time.monotonic()
+                if now - self._shown < quiet:
+                    continue
+                ago = now - self._since
+                self._show(
+                    self._stage
+                    if ago < quiet
+                    else f"still at work {ago:.0f} s after: {self._stage}"
+                )
 
     def say(self, text: object = "") -> None:
         """Print a result."""
-        print(text, file=self.out, flush=True)
+        with self._lock:
+            self._clear()
+            print(text, file=self.out, flush=True)
+            self._shown = time.monotonic()
 
     def progress(self, text: str) -> None:
         """Print a line of progress with the seconds since the start."""
-        self._clear()
-        print(in_lines(f"{self._clock()} {text}"), file=self.progress_to, flush=True)
+        with self._lock:
+            self._reach(text)
+            self._print(text)
 
     def live(self, text: str) -> None:
         """Show where long work stands: in one line on a terminal, else now and then."""
-        now, terminal = time.monotonic(), self.progress_to.isatty()
-        if now - self._shown < (0.1 if terminal else QUIET):
-            return
-        self._shown = now
-        if not terminal:
-            self.progress(text)
+        with self._lock:
+            self._reach(text)
+            if self._since - self._shown >= (0.1 if self.progress_to.isatty() else QUIET):
+                self._show(text)
+
+    def _reach(self, text: str) -> None:
+        self._stage, self._since = text, time.monotonic()
+
+    def _show(self, text: str) -> None:
+        """Show a line that the next one replaces on a terminal."""
+        if not self.progress_to.isatty():
+            self._print(text)
             return
         self._clear()
-        line = f"{self._clock()} {text}"[: shutil.get_terminal_size().columns - 1]
+        line = fitted(f"{self._clock()} {text}", shutil.get_terminal_size().columns - 1)
         print(line, end="", file=self.progress_to, flush=True)
-        self._live = len(line)
+        self._live, self._shown = len(line), time.monotonic()
+
+    def _print(self, text: str) -> None:
+        self._clear()
+        print(in_lines(f"{self._clock()} {text}"), file=self.progress_to, flush=True)
+        self._shown = time.monotonic()
 
     def _clear(self) -> None:
         if self._live:
@@ -117,10 +175,28 @@ class Console:
 
     def complain(self, sentence: str) -> None:
         """Print an error."""
-        self._clear()
-        print(in_lines(f"antenna-ocp: {sentence}"), file=self.progress_to, flush=True)
+        with self._lock:
+            self._clear()
+            print(in_lines(f"antenna-ocp: {sentence}"), file=self.progress_to, flush=True)
+
+
+def fitted(line: str, width: int) -> str:
+    """A line in a width: the label before its last colon is shortened, and not the numbers."""
+    label, colon, numbers = line.rpartition(": ")
+    room = width - len(colon) - len(numbers) - len("...")
+    if len(line) <= width or room < 0:
+        return line[:width]
+    return f"{label[:room]}...{colon}{numbers}"
+
+
+@contextmanager
+def at_work(console: Console | None) -> Iterator[Console]:
+    """A console for a study that is run from Python: standard error's, unless one is given."""
+    told = console or Console()
+    with told.at_work():
+        yield told
 
 
 def silent() -> Console:
-    """A console that keeps everything to itself, for studies that are run from Python."""
+    """A console that keeps everything to itself."""
     return Console(io.StringIO(), io.StringIO())

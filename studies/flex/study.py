@@ -14,7 +14,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.comparison_table import TableRow
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.flex.build import FlexChain, build, variants
@@ -54,7 +54,7 @@ def run(study: FlexStudy, console: Console | None = None) -> Result:
     ----------
     study : FlexStudy
     console : Console, optional
-        Where lines of progress go; nowhere by default.
+        Where lines of progress go: standard error by default. `silent()` shows none.
 
     Returns
     -------
@@ -67,7 +67,11 @@ def run(study: FlexStudy, console: Console | None = None) -> Result:
     StudyError
         If the case contradicts itself, or a step of the integrator fails.
     """
-    console = console or silent()
+    with at_work(console) as told:
+        return _answer(study, told)
+
+
+def _answer(study: FlexStudy, console: Console) -> Result:
     study = with_tables(study, Path())
     with _progress_to(console):
         flex = build(study)

@@ -119,7 +119,12 @@ class StageMotion:
     @property
     def governing(self) -> Use:
         """What is used most."""
-        return max((use for use in self.uses if use.counts), key=lambda use: use.share)
+        return max(self.uses, key=lambda use: use.share)
+
+    @property
+    def shared_by(self) -> float:
+        """Largest part of a cap by which time is shared out."""
+        return max(use.share for use in self.uses if use.counts)
 
 
 def move(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.comparison_table import TableRow
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
@@ -47,7 +47,8 @@ class Mission:
     Attributes
     ----------
     study : that was asked.
-    curves : utilisation against duration, of each stage that has a motion.
+    curves : part of the caps by which time is shared out, against duration, of each stage that
+        has a motion.
     motions : the stages in the durations that were found, in order; if the user stopped, perhaps
         only the first ones.
     responses : of the arm to the ring, by law; empty without a motion of the ring.
@@ -78,8 +79,8 @@ class Mission:
 
     @property
     def largest(self) -> StageMotion:
-        """The stage that uses most of its caps."""
-        return max(self.motions, key=lambda motion: motion.utilisation)
+        """The stage that uses most of the caps by which time is shared out."""
+        return max(self.motions, key=lambda motion: motion.shared_by)
 
 
 def run(study: MissionStudy, console: Console | None = None) -> Result:
@@ -90,7 +91,7 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
     study : MissionStudy
         What is asked.
     console : Console, optional
-        Where lines of progress go; nowhere by default.
+        Where lines of progress go: standard error by default. `silent()` shows none.
 
     Returns
     -------
@@ -103,7 +104,11 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
         If a stage has no motion in a time that it is given, or the user stopped before there was
         a motion.
     """
-    console = console or silent()
+    with at_work(console) as told:
+        return _answer(study, told)
+
+
+def _answer(study: MissionStudy, console: Console) -> Result:
     found = _FoundMotions(study, console)
     curves = list(found.curves.values())
     rigid = [rigid_duration(study, name) for name in STAGES]
@@ -151,13 +156,13 @@ class _FoundMotions:
 
     def __post_init__(self) -> None:
         self.curves = {
-            name: StageCurve(name, functools.partial(self.utilisation, name)) for name in STAGES
+            name: StageCurve(name, functools.partial(self.shared_by, name)) for name in STAGES
         }
 
-    def utilisation(self, name: str, duration: float) -> float:
-        """Of a stage in a duration [s]."""
+    def shared_by(self, name: str, duration: float) -> float:
+        """Largest part of a cap by which time is shared out, of a stage in a duration [s]."""
         self._move([(name, duration)])
-        return self.known[name, duration].utilisation
+        return self.known[name, duration].shared_by
 
     def announce(self, durations: Sequence[float]) -> None:
         """Find the motions of all stages in their durations [s], side by side."""
@@ -168,7 +173,7 @@ class _FoundMotions:
         motions = side_by_side([self._part(*one) for one in new], self.console)
         for (name, duration), motion in zip(new, motions, strict=True):
             self.latest[name] = self.known[name, duration] = motion
-            self.curves[name].known[duration] = motion.utilisation
+            self.curves[name].known[duration] = motion.shared_by
             if name == STAGES[-1]:
                 self.whole.update(self.latest)
             share, most = 100 * motion.utilisation, motion.governing.title
@@ -316,7 +321,7 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
             "utilisation",
             "largest part of a cap that is used",
             "1",
-            {"mission": mission.largest.utilisation}
+            {"mission": max(motion.utilisation for motion in mission.motions)}
             | {name: motion.utilisation for name, motion in motions.items()},
             cap=1.0,
             minimised=mission.study.least == "utilisation",
@@ -346,7 +351,7 @@ def _verdict(mission: Mission) -> Verdict:
     failed = [motion.name for motion in mission.motions if not motion.passed]
     if failed:
         return Verdict("unverified", f"unverified: the motion of the {' and the '.join(failed)}")
-    if mission.largest.utilisation > 1.0 + WITHIN:
+    if mission.largest.shared_by > 1.0 + WITHIN:
         return Verdict("unverified", f"unverified: {_broken_caps(mission)}")
     broken = [check.name for check in _checks(mission) if not check.passed]
     if broken:
@@ -363,7 +368,7 @@ def _broken_caps(mission: Mission) -> str:
     """That the caps are not kept in the mission's time, and in what time they would be."""
     needed = sum(curve.duration_for(1.0) + mission.study.dwell for curve in mission.curves)
     worst = mission.largest
-    over = f"the {worst.name} uses {100 * worst.utilisation:.4g} % of its own"
+    over = f"the {worst.name} uses {100 * worst.shared_by:.4g} % of its own"
     by_time = mission.study.least == "time"
     found = (
         f"in the least time found, {mission.total:.5g} s, a cap is broken: {over}"
@@ -411,7 +416,7 @@ def _of_more_time(name: str, slope: float) -> str:
 
 
 def _remarks(mission: Mission) -> list[str]:
-    used = {motion.name: motion.utilisation for motion in mission.motions}
+    used = {motion.name: motion.shared_by for motion in mission.motions}
     least, most = min(used.values()), max(used.values())
     said = ", ".join(f"{name} {100 * u:.4g} %" for name, u in used.items())
     remarks = [
@@ -438,6 +443,14 @@ def _remarks(mission: Mission) -> list[str]:
             else "the search for the split ended before they were alike"
         )
         remarks.insert(0, f"The stages do not use their caps alike: {said}; {why}.")
+
+    more = [m for m in mission.motions if m.utilisation > m.shared_by]
+    if more:
+        beside = ", ".join(f"{m.name} {100 * m.utilisation:.4g} %" for m in more)
+        remarks[0] += (
+            " That leaves the residual energy out, as no motion of the arm was refined; with it: "
+            f"{beside}."
+        )
 
     for curve, motion in zip(mission.curves, mission.motions, strict=True):
         slope = curve.slope(math.nextafter(motion.duration, math.inf))  # of what more time gives

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from studies.common.comparison_table import TableRow
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.paper.cases import Cases
@@ -42,7 +42,7 @@ def run(study: PaperStudy | None = None, console: Console | None = None) -> Resu
     study : PaperStudy, optional
         With the defaults unless it is given.
     console : Console, optional
-        Where lines of progress go; nowhere by default.
+        Where lines of progress go: standard error by default. `silent()` shows none.
 
     Returns
     -------
@@ -51,8 +51,9 @@ def run(study: PaperStudy | None = None, console: Console | None = None) -> Resu
         and in `details["entries"]` each with its place, verdict and reason.
     """
     study = study or PaperStudy()
-    cases = Cases(study, console or silent())
-    return result_of(study, entries_of(cases), cases)
+    with at_work(console) as told:
+        cases = Cases(study, told)
+        return result_of(study, entries_of(cases), cases)
 
 
 def entries_of(cases: Cases) -> list[Entry]:

@@ -15,7 +15,7 @@ from ocp.analysis.front.both_ways import Walked, both_ways
 from ocp.analysis.front.continuation import FrontPoint, NotFoundError
 from ocp.analysis.front.envelope import Front, alone
 from studies.common.comparison_table import costs_elsewhere
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.result import Result
@@ -41,7 +41,7 @@ def run(study: ParetoStudy, console: Console | None = None) -> Result:
     study : ParetoStudy
         What is asked.
     console : Console, optional
-        Where lines of progress go; nowhere by default.
+        Where lines of progress go: standard error by default. `silent()` shows none.
 
     Returns
     -------
@@ -54,9 +54,10 @@ def run(study: ParetoStudy, console: Console | None = None) -> Result:
     StudyError
         If no motion meets the caps, an objective has no minimiser, or there is nothing to trade.
     """
-    check, solve = asked_of(study, console or silent())
-    check()
-    return solve()
+    with at_work(console) as told:
+        check, solve = asked_of(study, told)
+        check()
+        return solve()
 
 
 def asked_of(

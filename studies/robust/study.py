@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from studies.common.comparison_table import TableRow, costs_elsewhere
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.rates import Rate, rate
 from studies.common.result import Criterion, Result, Series, Verdict
@@ -82,7 +82,11 @@ def run(study: RobustTrussStudy, console: Console | None = None) -> Result:
     StudyError
         If no law serves all scenarios, or none was found.
     """
-    console = console or silent()
+    with at_work(console) as told:
+        return _answer(study, told)
+
+
+def _answer(study: RobustTrussStudy, console: Console) -> Result:
     deployment = study.deployment
     console.progress(f"{NOMINAL_LAW}: the best motion of the nominal truss, to compare with")
     nominal = Search(replace(deployment, margin=None), console).run()

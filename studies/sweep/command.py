@@ -25,7 +25,11 @@ PARENT = Path("results")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of the sub-command."""
     parser.add_argument("study", type=Path, metavar="SWEEP.toml", help="what is swept")
-    parser.add_argument("--plan", action="store_true", help="say how many cases and how long; end")
+    parser.add_argument(
+        "--plan",
+        action="store_true",
+        help="say how many cases and how long, from a few of them; end",
+    )
     parser.add_argument(
         "--results",
         type=folder_path,
@@ -70,10 +74,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     path = options.results or PARENT / f"sweep-{options.study.stem}"
     store = CaseStore(path, planned.version)
     if options.plan:
-        from studies.sweep.estimate import plan_text
-
-        console.say(plan_text(planned, store, workers))
-        return ExitCode.OK
+        return _say_plan(planned, store, options, workers, seconds, console)
 
     # a cluster that does not answer is said before there is a folder
     with contextlib.closing(_place(options, workers)) as place:
@@ -82,6 +83,31 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         store.open()
         interrupted = _solve(planned, store, place, seconds, console)
     return _hand_over(planned, store, folder, interrupted, remarks, options, console)
+
+
+def _say_plan(
+    planned: Plan,
+    store: CaseStore,
+    options: argparse.Namespace,
+    workers: int,
+    seconds: float | None,
+    console: Console,
+) -> ExitCode:
+    """Say how many cases and how long, from a few that are solved now if none was before.
+
+    They are solved as the sweep would solve them, and kept in its folder.
+    """
+    from studies.sweep.estimate import plan_text, sample
+
+    if trial := sample(planned, store):
+        console.progress(f"{len(trial.cases)} cases are solved, to measure how long one takes")
+        with contextlib.closing(_place(options, workers)) as place:
+            _open(store.folder, planned.study)
+            store.open()
+            if _solve(trial, store, place, seconds, console):
+                raise KeyboardInterrupt
+    console.say(plan_text(planned, store, workers))
+    return ExitCode.OK
 
 
 def read_study(options: argparse.Namespace) -> SweepStudy:

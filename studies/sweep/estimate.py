@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Iterable
+from dataclasses import replace
 
 from studies.sweep.cases.plan import Plan
 from studies.sweep.cases.store import CaseStore, DamagedCase
 from studies.sweep.driver import in_words
 from studies.sweep.subjects import SUBJECTS
+
+_SAMPLED = 3  # cases that are solved to measure how long one takes
 
 
 def plan_text(plan: Plan, store: CaseStore, workers: int) -> str:
@@ -29,6 +32,17 @@ def plan_text(plan: Plan, store: CaseStore, workers: int) -> str:
         lines.append(f"computed again: {damaged} cases whose files are damaged")
     lines += [f"left out: {count} cases of {name}" for name, count in store.others().items()]
     return "\n".join(lines)
+
+
+def sample(plan: Plan, store: CaseStore) -> Plan | None:
+    """A plan of a few cases, evenly from all, to be solved first; None if some were solved."""
+    known, _ = _read(store, {case.key for case in plan.cases} & store.keys())
+    first = [case for case in plan.cases if not case.refusal and case.parent is None]
+    if known or not first:
+        return None
+    count = min(_SAMPLED, len(first))
+    places = [(2 * k + 1) * len(first) // (2 * count) for k in range(count)]
+    return replace(plan, cases=tuple(first[place] for place in places))
 
 
 def _read(store: CaseStore, keys: Iterable[str]) -> tuple[list[float | None], int]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.configuration import key_lines, table
+from studies.common.console import silent
 from studies.common.exit_codes import StudyError, quoted
 
 if TYPE_CHECKING:
@@ -84,7 +85,8 @@ class SweptCommand:
         """
         study = self._study(configuration)
         run = import_module(f"{self.package}.study").run
-        found: Result = run(study) if neighbour is None else run(study, neighbour=neighbour)
+        how = {} if neighbour is None else {"neighbour": neighbour}
+        found: Result = run(study, silent(), **how)
         return found
 
     def units(self, keys: Iterable[str]) -> dict[str, str]:

@@ -11,7 +11,7 @@ import dataclasses
 from typing import Any
 
 from studies.common.comparison_table import costs_elsewhere
-from studies.common.console import Console, silent
+from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.result import Result, Series
 from studies.truss.checks import (
@@ -48,7 +48,7 @@ def run(
     study : TrussStudy
         What is asked.
     console : Console, optional
-        Where lines of progress go; nowhere by default.
+        Where lines of progress go: standard error by default. `silent()` shows none.
     neighbour : Result, optional
         Of a like study: its motion is the first to start from, before the laws of this study.
 
@@ -63,9 +63,10 @@ def run(
         If no motion meets the caps, none of those that do is best, or none was found.
     """
     law = None if neighbour is None else law_of_result(neighbour)
-    search = Search(study, console or silent(), law)
-    search.check()
-    return result_of(study, search.run())
+    with at_work(console) as told:
+        search = Search(study, told, law)
+        search.check()
+        return result_of(study, search.run())
 
 
 def result_of(study: TrussStudy, best: BestMotion) -> Result:

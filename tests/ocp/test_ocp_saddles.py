@@ -8,6 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+import scipy.sparse
+from scipy.sparse.linalg import splu
 
 from ocp import (
     TIME,
@@ -28,6 +30,7 @@ from ocp import (
     joined,
     solve,
 )
+from ocp.nlp import inflection
 from ocp.nlp.saddle import added_curvature, starts_beside
 from ocp.nlp.solver import StartingPoint
 from ocp.refinement.better_motions.saddles import StationaryPoint, stationary_point
@@ -331,3 +334,30 @@ def test_what_limits_of_times_leave_no_room_for_is_no_inflection() -> None:
     cost = 0.05 * coast.end_time - burn.at_end(m)
     found = solve(Problem("unlinked times", [burn, coast], minimise=cost, links=links))
     assert certify(found).passed
+
+
+def test_factors_beside_dense_columns_stay_sparse(monkeypatch):
+    """A time is in the rows of every interval: with its column the factors would fill up."""
+    sizes = []
+
+    def counted(matrix, **how):
+        factors = splu(matrix, **how)
+        sizes.append(factors.nnz)
+        return factors
+
+    monkeypatch.setattr("scipy.sparse.linalg.splu", counted)
+    n, rng = 3000, np.random.default_rng(0)
+    chain = scipy.sparse.diags_array(
+        [1.0, -0.3, 1.0], offsets=[-1, 0, 1], shape=(n, n), format="csc"
+    )
+    beside = rng.standard_normal((n, 3))
+    corner = np.diag([1.0, 2.0, 3.0])
+    matrix = scipy.sparse.block_array([[chain, beside], [beside.T, corner]], format="csc")
+    right = rng.standard_normal((n + 3, 2))
+
+    numbers = ca.DM(ca.Sparsity(n + 3, n + 3, matrix.indptr.tolist(), matrix.indices.tolist()))
+    numbers.nz[:] = matrix.data
+    found = inflection._solved(numbers, right)
+    assert np.abs(matrix @ found - right).max() < 1e-8
+    assert sizes
+    assert max(sizes) < 30 * n

@@ -1,8 +1,36 @@
-"""Messages: the fact in the first line, the remedy below it if both are long."""
+"""Progress: a line every few seconds, and numbers that stay visible; messages, the fact first."""
+
+import io
+import time
 
 import pytest
 
-from studies.common.console import LONGEST_LINE, in_lines
+from studies.common import console as consoles
+from studies.common.console import LONGEST_LINE, Console, at_work, fitted, in_lines
+
+
+def test_a_quiet_console_says_where_the_work_stands(monkeypatch):
+    monkeypatch.setattr(consoles, "QUIET", 0.05)
+    monkeypatch.setattr(consoles, "_LOOK", 0.01)
+    said = io.StringIO()
+    with at_work(Console(io.StringIO(), said)) as told:
+        told.progress("solving")
+        time.sleep(0.3)
+    lines = said.getvalue().splitlines()
+    assert len(lines) >= 2
+    assert "still at work 0 s after: solving" in lines[-1]
+
+    # and nothing once the work is done
+    time.sleep(0.1)
+    assert said.getvalue().splitlines() == lines
+
+
+@pytest.mark.parametrize("width", [60, 79])
+def test_a_label_is_shortened_and_not_the_numbers(width):
+    numbers = "mesh iteration 4 (77 intervals), iteration 12"
+    line = fitted(f"[  25.0 s] start 2 of 5, big arm, dwell, small arm: {numbers}", width)
+    assert len(line) == width
+    assert line.endswith(f"...: {numbers}")
 
 
 @pytest.mark.parametrize(

@@ -8,17 +8,20 @@ another way.
 from __future__ import annotations
 
 import hashlib
+import time as clock
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ocp import Mesh, Problem, Solution, Trial, solve
+from ocp import Mesh, Problem, Settings, Solution, Trial, solve
 from studies.common.finished import FinishedStarts
 
 Solve = Callable[..., Solution]
 """What is called as `ocp.solve` is."""
 _KIND = "solve"
+_LEAST_SECONDS = 1e-3  # a budget of none would be no budget
 
 
 class FinishedSolves:
@@ -56,6 +59,16 @@ class FinishedSolves:
         solution = solve(problem, mesh=mesh, **how)
         self._kept.keep(_KIND, Trial(name, solution, None, float(solution.objective), 0.0))
         return solution
+
+
+def within(until: float, solver: Solve) -> Solve:
+    """A solver that ends at a time of the clock `time.monotonic` [s] at the latest."""
+
+    def solved(problem: Problem, *, settings: Settings, **how: Any) -> Solution:
+        left = max(until - clock.monotonic(), _LEAST_SECONDS)
+        return solver(problem, settings=replace(settings, seconds=left), **how)
+
+    return solved
 
 
 def _mark(mesh: Mesh, constants: dict[Any, float]) -> str:

@@ -13,7 +13,8 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
@@ -86,11 +87,16 @@ def _end_after(parent: BaseProcess) -> None:
     os._exit(1)
 
 
-@dataclass
+@dataclass(eq=False)
 class _SentLines(Console):
     """A console whose lines of progress are sent to the process that prints them."""
 
     lines: Lines | None = None
+
+    @contextmanager
+    def at_work(self) -> Iterator[None]:
+        """Repeat nothing: the process that prints does."""
+        yield
 
     def progress(self, text: str) -> None:
         """Send a line of progress."""

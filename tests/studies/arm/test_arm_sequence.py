@@ -39,11 +39,10 @@ def test_a_stage_alone_that_is_not_found_is_said_in_a_sentence(failure, said, mo
     def fail(*_, **__):
         raise failure
 
-    monkeypatch.setattr(solving, "solve", fail)
     monkeypatch.setattr(solving, "stage_alone", lambda *_: None)
     case = SimpleNamespace(first=big_arm(), second=small_arm(), moving_time=20.0)
     with pytest.raises(said) as caught:
-        solving.alone(case, cap=10.0)
+        solving.alone(case, cap=10.0, solver=fail)
     if said is StudyError:
         assert str(caught.value).startswith("no motion of the big arm alone was found")
         assert caught.value.exit_code is ExitCode.NOT_SOLVED

@@ -301,7 +301,7 @@ def test_a_stage_that_no_time_helps_is_sent_to_its_caps(asked, monkeypatch) -> N
 
 
 def test_a_least_time_that_breaks_a_cap_does_not_send_the_user_to_itself() -> None:
-    broken = SimpleNamespace(name="ring", utilisation=1.02, passed=True)
+    broken = SimpleNamespace(name="ring", shared_by=1.02, passed=True)
     mission = SimpleNamespace(
         stopped=False,
         motions=[broken],
@@ -319,8 +319,9 @@ def test_what_an_unrefined_arm_leaves_is_checked_but_shares_out_no_time() -> Non
     torque = Use("peak torque", "N m", 2.0, 5.0)
     left = Use("residual energy", "J", 1e-5, 1e-6, counts=False)
     motion = StageMotion("big arm", 8.0, (torque, left), True, {})
-    assert motion.governing is torque
-    assert motion.utilisation == 0.4
+    assert motion.governing is left
+    assert motion.utilisation == pytest.approx(10.0)
+    assert motion.shared_by == 0.4
 
 
 @pytest.mark.slow

@@ -323,12 +323,17 @@ def test_a_process_that_is_being_started_ends_with_the_run(monkeypatch: pytest.M
     assert answer.result()["record"]["status"] == "killed"
 
 
-def test_a_plan_says_how_many_and_how_long_and_computes_nothing(
+def test_a_plan_solves_a_few_cases_to_say_how_long_all_take(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     study, out = stated(tmp_path, GRID), tmp_path / "out"
     assert swept(study, out, "--plan", "--workers", "2") == ExitCode.OK
     said = capsys.readouterr().out
-    assert "24 cases, 0 of which are in" in said
-    assert "about 2 min for the other 24 on 2 workers" in said
-    assert not out.exists()
+    assert "24 cases, 3 of which are in" in said
+    assert "(mean of 3 cases in the folder)" in said
+    solved = files(out)
+    assert len(solved) == 3
+
+    # the sweep keeps them, and so does another plan
+    assert swept(study, out, "--plan", "--workers", "2") == ExitCode.OK
+    assert files(out) == solved

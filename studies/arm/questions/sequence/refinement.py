@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
+import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from ocp import solve
 from studies.arm.optimal.aim import beside_rest
+from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.refinement import sentence
 from studies.arm.optimal.rounds import SAME, Round, near, refined
 from studies.arm.questions.sequence.replay import SequenceReplay, replay_sequence
 from studies.arm.questions.sequence.solve import Aims, OptimalSequence, solved_from
 from studies.arm.replay.full_model import steps_for
-from studies.arm.search_limits import LIGHTER
+from studies.arm.search_limits import ITERATIONS, LIGHTER
 from studies.common.exit_codes import StudyError
 
 Progress = Callable[[str], None]
@@ -32,6 +36,7 @@ class RefinedSequence:
     residual : that each lock may leave [J].
     change : of the objective by the last halving of weight and interval, relative; nan if that
         failed.
+    late : whether the time of the search ended before it did.
     """
 
     solved: OptimalSequence
@@ -39,6 +44,7 @@ class RefinedSequence:
     rounds: tuple[Round, ...]
     residual: float
     change: float
+    late: bool = False
 
     @property
     def still(self) -> bool:
@@ -78,6 +84,8 @@ def refine_sequence(
     residual: float = RESIDUAL,
     say: Progress | None = None,
     live: Progress | None = None,
+    solver: Solve = solve,
+    until: float = math.inf,
 ) -> RefinedSequence:
     """Refine a sequence as a motion is refined, see `studies.arm.optimal.refinement`.
 
@@ -89,12 +97,18 @@ def refine_sequence(
         That each lock may leave [J].
     say, live : callable, optional
         Receive a line a round, and a line now and then.
+    solver : callable
+        In the place of `ocp.solve`, see `finished_solves`.
+    until : float
+        Time of the clock `time.monotonic` from which on no round is begun [s].
     """
     case = solved.case
     stages = case.first, case.second
     none = np.zeros(2 * case.first.model.size), np.zeros(2 * case.second.model.size)
 
     def tried(solved: OptimalSequence, aims: Aims) -> _TriedSequence:
+        if live is not None:
+            live(f"replaying {sum(solved.intervals)} intervals on the full model")
         replayed = replay_sequence(solved.law, settings=steps_for(residual))
         missed = [
             beside_rest(stage, motion.run.before)
@@ -114,8 +128,12 @@ def refine_sequence(
         # multipliers help where only the aims are others, as for one motion
         alike = weight == from_.solved.weight and not finer
         start = from_.solved.solution if alike else from_.solved.trajectory
+        if clock.monotonic() >= until:
+            return None
         try:
-            found = solved_from(solved.stated, weight, aims, intervals, start, live)
+            found = solved_from(
+                solved.stated, weight, aims, intervals, start, live, ITERATIONS, solver
+            )
         except StudyError as error:
             if say is not None:
                 say(f"this round was given up: {error}")
@@ -123,4 +141,5 @@ def refine_sequence(
         return tried(found, aims)
 
     (best, *_), rounds, change = refined(tried(solved, none), again, residual, LIGHTER[True])
-    return RefinedSequence(best.solved, best.replay, rounds, residual, change)
+    late = clock.monotonic() >= until
+    return RefinedSequence(best.solved, best.replay, rounds, residual, change, late)

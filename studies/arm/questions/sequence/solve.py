@@ -13,6 +13,7 @@ from scipy.interpolate import PPoly
 from models.ancf.joints import Torque
 from ocp import Interrupted, OcpError, Solution, Trajectory, solve
 from ocp.arrays import Array
+from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import polynomial, torque_joints
 from studies.arm.optimal.phase import ArmPhase
 from studies.arm.optimal.solve import in_words
@@ -161,8 +162,11 @@ def solve_sequence(
     left: float | None = None,
     smoothing: float = SMOOTHING,
     progress: Progress | None = None,
+    solver: Solve = solve,
 ) -> OptimalSequence:
     """Solve the three phases at once; `left` as in `sequence_problem`.
+
+    `solver` takes the place of `ocp.solve`, see `finished_solves`.
 
     Raises
     ------
@@ -173,7 +177,7 @@ def solve_sequence(
     # the small arm has to calm what the first lock may leave
     iterations = ITERATIONS if left is None else SEQUENCE_ITERATIONS
     aims = np.zeros(2 * case.first.model.size), np.zeros(2 * case.second.model.size)
-    return solved_from(stated, smoothing, aims, intervals, guess, progress, iterations)
+    return solved_from(stated, smoothing, aims, intervals, guess, progress, iterations, solver)
 
 
 def solved_from(
@@ -184,6 +188,7 @@ def solved_from(
     guess: Solution | Trajectory | None,
     progress: Progress | None,
     iterations: int = ITERATIONS,
+    solver: Solve = solve,
 ) -> OptimalSequence:
     """Solve a stated sequence at a weight of the smoothness and aims.
 
@@ -198,7 +203,7 @@ def solved_from(
     for barrier in BARRIERS:
         try:
             with _failures_of("sequence"):
-                solution = solve(
+                solution = solver(
                     stated.problem,
                     settings=settings(barrier, iterations),
                     mesh=sequence_mesh(intervals),
@@ -215,7 +220,9 @@ def solved_from(
     raise failure
 
 
-def alone(case: Sequence, cap: float, progress: Progress | None = None) -> tuple[float, float]:
+def alone(
+    case: Sequence, cap: float, progress: Progress | None = None, solver: Solve = solve
+) -> tuple[float, float]:
     """Least durations of both stages under a cap [N m], each a problem of its own [s].
 
     Raises
@@ -229,7 +236,7 @@ def alone(case: Sequence, cap: float, progress: Progress | None = None) -> tuple
         stated = stage_alone(stage, cap, case.moving_time)
         mesh = stage_mesh("time", intervals)
         with _failures_of(f"motion of the {stage.name} arm alone"):
-            solution = solve(stated, settings=settings(), mesh=mesh, progress=progress)
+            solution = solver(stated, settings=settings(), mesh=mesh, progress=progress)
         durations.append(solution.trajectory.phases[0].end)
     return durations[0], durations[1]
 

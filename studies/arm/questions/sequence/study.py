@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import time as clock
 from collections.abc import Callable
 
 import numpy as np
 
 from models.ancf.integrate import StepControl
 from models.arm.reduced_simulation import reduced_modes
+from ocp import solve
 from studies.arm.config import SequenceStudy, as_dictionary
+from studies.arm.optimal.finished_solves import FinishedSolves, Solve, within
 from studies.arm.optimal.refinement import AGREE, FLOOR
 from studies.arm.optimal.rounds import MISS, SAME
 from studies.arm.optimal.solve import MOST_PERIODS
@@ -37,6 +40,7 @@ from studies.arm.search_limits import SEQUENCE_WINDOW, UNRESOLVED
 from studies.arm.stage import ROOT
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import FinishedStarts
 from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Verdict
@@ -48,8 +52,10 @@ _PACE = 1.1  # of the rigid bound, at which the guess under a cap moves
 _AFTER = 401  # instants of the quarter of the small arm's time that is followed after its lock
 
 
-def find_sequence(study: SequenceStudy, console: Console) -> Result:
-    """Big arm, locked dwell and small arm as one problem.
+def find_sequence(
+    study: SequenceStudy, console: Console, kept: FinishedStarts | None = None
+) -> Result:
+    """Big arm, locked dwell and small arm as one problem; `kept` are its earlier solves.
 
     Raises
     ------
@@ -57,9 +63,18 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
         If no motion is found, or none that comes near to rest.
     """
     case = stated_case(study)
-    first = solve_sequence(case, study.least, study.torque_cap, progress=console.live)
+    until = clock.monotonic() + study.seconds
+    solver = within(until, solve if kept is None else FinishedSolves(kept, console.progress))
+    first = solve_sequence(
+        case, study.least, study.torque_cap, progress=console.live, solver=solver
+    )
     found = refine_sequence(
-        first, residual=study.residual_energy, say=console.progress, live=console.live
+        first,
+        residual=study.residual_energy,
+        say=console.progress,
+        live=console.live,
+        solver=solver,
+        until=until,
     )
     check_rest(found)
     solved, settings = found.solved, steps_for(study.residual_energy)
@@ -77,7 +92,7 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
     after = np.linspace(small_time, 1.25 * small_time, _AFTER)
     replayed = dataclasses.replace(found.replay, second=followed(found.replay.second, after))
 
-    beside, left_out = _beside(study, solved, console)
+    beside, left_out = _beside(study, solved, console, solver)
     arrays = profile_series(sampled, replayed) | torque_series(law)
     arrays |= load_series(replayed, solved.durations)
     for motion in (replayed.first, replayed.second):
@@ -90,7 +105,7 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
         arrays=arrays,
         table=table_rows({"optimum": [*_facts(found, sampled, on_B21), *beside]}),
         bounds={"rigid arm of this time, best split: peak torque [N m]": solved.rigid_bound},
-        verdict=_verdict(found),
+        verdict=_verdict(found, study.seconds),
         checks=_criteria(study, found, finer, sampled),
         remarks=("the total is that of both motions, the dwell on top", *left_out),
         details={
@@ -134,10 +149,11 @@ def check_rest(found: RefinedSequence) -> None:
     """
     left, allowed = found.replay.left, found.residual
     if left > UNRESOLVED * allowed:
+        more = "more --seconds, " if found.late else ""
         raise StudyError(
             f"no sequence was found that comes to rest: the best of {len(found.rounds)} rounds "
-            f"leaves {left:.2e} J on the full model, and {allowed:g} J are allowed; give a longer "
-            "total or dwell, or allow more residual energy",
+            f"leaves {left:.2e} J on the full model, and {allowed:g} J are allowed; give {more}a "
+            "longer total or dwell, or allow more residual energy",
             ExitCode.NOT_SOLVED,
         )
 
@@ -208,7 +224,13 @@ def paced(case: Sequence, cap: float) -> Sequence:
     return sequence(total, case.dwell, case.first.arm)
 
 
-def _verdict(found: RefinedSequence) -> Verdict:
+def _verdict(found: RefinedSequence, seconds: float) -> Verdict:
+    if found.late and not (found.still and found.settled):
+        return Verdict(
+            "unverified",
+            f"unverified: the {seconds:g} s of the search ended before all of its rounds "
+            "were done; give more --seconds",
+        )
     if not found.still:
         return Verdict(
             "unverified",
@@ -314,15 +336,15 @@ def _facts(
 
 
 def _beside(
-    study: SequenceStudy, solved: OptimalSequence, console: Console
+    study: SequenceStudy, solved: OptimalSequence, console: Console, solver: Solve
 ) -> tuple[list[Metric], list[str]]:
     """What rest and smoothness cost, and a sentence for each part that was not found."""
     cap, left = study.torque_cap, study.lock_energy
     parts: list[Callable[[], list[Metric]]] = []
     if cap is not None:
-        parts.append(lambda: _sums(solved, cap, console))
+        parts.append(lambda: _sums(solved, cap, console, solver))
     if left is not None:
-        parts.append(lambda: _without_rest(study, solved, left, console))
+        parts.append(lambda: _without_rest(study, solved, left, console, solver))
 
     entries: list[Metric] = []
     left_out = []
@@ -334,9 +356,9 @@ def _beside(
     return entries, left_out
 
 
-def _sums(solved: OptimalSequence, cap: float, console: Console) -> list[Metric]:
+def _sums(solved: OptimalSequence, cap: float, console: Console, solver: Solve) -> list[Metric]:
     """What the sequence gains over both stages alone."""
-    first, second = alone(solved.case, cap, console.live)
+    first, second = alone(solved.case, cap, console.live, solver)
     less = solved.moving_time - first - second
     return [
         Metric("big_arm_alone", "big arm alone", "s", first, "neither"),
@@ -347,7 +369,11 @@ def _sums(solved: OptimalSequence, cap: float, console: Console) -> list[Metric]
 
 
 def _without_rest(
-    study: SequenceStudy, solved: OptimalSequence, left: float, console: Console
+    study: SequenceStudy,
+    solved: OptimalSequence,
+    left: float,
+    console: Console,
+    solver: Solve,
 ) -> list[Metric]:
     """The same sequence where the first lock may meet an energy [J], rest only after the last."""
     freed = solve_sequence(
@@ -358,6 +384,7 @@ def _without_rest(
         left=left,
         smoothing=solved.weight,
         progress=console.live,
+        solver=solver,
     )
     at_lock, at_end = replay_reduced(freed.law)
 

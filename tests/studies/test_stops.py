@@ -1,0 +1,65 @@
+"""Ctrl-C is neither lost inside CasADi nor waited for behind a long step of a library."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+# CasADi's wrapper returns None for an error that is raised inside it
+SWALLOWING = """
+import os, signal, time, types
+from studies.common.stops import interrupt
+signal.signal(signal.SIGINT, interrupt)
+library = types.ModuleType("casadi.library")
+exec('''
+import os, signal, time
+def call():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.05)
+    except KeyboardInterrupt:
+        print("lost")
+''', library.__dict__)
+try:
+    library.call()
+    time.sleep(5.0)
+except KeyboardInterrupt:
+    print("heard")
+"""
+
+# a step of a library during which Python acts on no signal
+LONG = """
+import ctypes
+from studies.common.console import Console
+from studies.common.stops import stops_heard
+with stops_heard(Console()):
+    print("begun", flush=True)
+    step = ctypes.CDLL(None).usleep
+    for _ in range(20):
+        try:
+            step(900_000)
+        except KeyboardInterrupt:
+            pass
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no such timer")
+def test_an_interrupt_inside_casadi_comes_out_behind_it():
+    done = subprocess.run(
+        [sys.executable, "-c", SWALLOWING], capture_output=True, text=True, timeout=20, check=True
+    )
+    assert done.stdout.split() == ["heard"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_second_interrupt_ends_the_process_during_a_long_step():
+    with subprocess.Popen(
+        [sys.executable, "-c", LONG], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout.readline() == "begun\n"
+        run.send_signal(signal.SIGINT)
+        assert "Ctrl-C once more ends at once" in run.stderr.readline()
+        run.send_signal(signal.SIGINT)
+        assert run.wait(timeout=8) == 130
+        assert "interrupted twice" in run.stderr.read()
