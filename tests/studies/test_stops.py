@@ -28,19 +28,15 @@ except KeyboardInterrupt:
     print("heard")
 """
 
-# a step of a library during which Python acts on no signal
+# a long step of a library, which goes on whatever Python makes of the signal
 LONG = """
-import ctypes
+import signal, time
 from studies.common.console import Console
 from studies.common.stops import stops_heard
+signal.signal(signal.SIGINT, lambda number, frame: None)
 with stops_heard(Console()):
     print("begun", flush=True)
-    step = ctypes.CDLL(None).usleep
-    for _ in range(20):
-        try:
-            step(900_000)
-        except KeyboardInterrupt:
-            pass
+    time.sleep(20.0)
 """
 
 
