@@ -228,8 +228,14 @@ def _with_scatter(
     for name, half in halves.items():
         # backwards, where there is always room
         shifted = read(dataclasses.replace(rows, **{name: getattr(rows, name) - half}))
-        off = {key: off[key] + np.abs(shifted[key] - centre[key]) for key in centre}
+        off = {key: off[key] + _moved(centre[key], shifted[key]) for key in centre}
     return {key: (centre[key], off[key]) for key in centre}
+
+
+def _moved(centre: Array, shifted: Array) -> Array:
+    """By how much values change; not at all if they are not known."""
+    known = np.isfinite(centre)
+    return np.abs(np.subtract(shifted, centre, out=np.zeros_like(centre), where=known))
 
 
 def _deployed(found: TrussProfile, deployment: Deployment, rows: AngularMotion) -> Deployment:

@@ -166,9 +166,9 @@ def _text(question: Question, deployment: Deployment) -> str:
 
     T, rng = question["duration"], np.random.default_rng(question["draw"])
     even = np.linspace(0.0, T, question["rows"])
-    extra = rng.uniform(0.0, T, question["extra"])
+    extra = np.asarray(rng.uniform(0.0, T, question["extra"]))
     step = T / (question["rows"] - 1)
-    extra = extra[np.abs(extra[:, None] - even).min(axis=1) > CLOSEST * step]
+    extra = extra[np.abs(np.subtract.outer(extra, even)).min(axis=1) > CLOSEST * step]
     time = np.unique(np.concatenate([even, extra]))
     name = question["column"]
     of_time, of_value = question["rounding"]
