@@ -1,15 +1,15 @@
-"""A store with losses that buys when power is cheap and sells when it is dear.
+"""A store with losses that buys power when it is cheap and sells when it is expensive.
 
 A battery of 4 MWh is charged or discharged with at most 1 MW, and 5 % are lost in each direction.
-It is half full at the start of the day, and so it shall be at the end. The price of power changes
-every hour. The cost of the day, which shall be least, is the integral of price times power. Within
-an hour it makes no difference when the power is bought.
+It is half full at the start and at the end of the day. The price of power changes every hour. The
+cost of the day is the integral of price times power, and it is minimised. Within an hour it makes
+no difference when the power is bought.
 
-The losses have a kink in the rate of the stored energy, where the power changes its sign. Nothing
-has to be done about it. `ocp` states the modulus of the power as a control of its own, which is
-not below the power or its negative, and checks after the solve that it is the modulus. Here it is,
-as charging and discharging at once would only lose what was paid for. Where power has a negative
-price that is not so, and a sentence says it.
+The losses have a kink in the rate of the stored energy, where the power changes its sign. You need
+not do anything about it. `ocp` adds a control that is not below the power or its negative, and
+checks after the solve that it equals the modulus. Here it does, because charging and discharging at
+once would only lose what was paid for. If the price were negative, that would pay, and `solve`
+says so.
 """
 
 import casadi as ca

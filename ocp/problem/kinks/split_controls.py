@@ -188,7 +188,7 @@ def _sum_of_parts(control: Control, names: Sequence[str]) -> SumOfParts:
         lower=0.0,
         upper=most,
         scale=control.scale,
-        shape=control.shape,
+        piecewise=control.piecewise,
         sides=(control.symbol, -control.symbol),
         largest=ca.fabs(control.symbol),
         of=control.name,
