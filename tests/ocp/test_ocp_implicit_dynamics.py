@@ -7,11 +7,11 @@ import pytest
 from ocp import Bound, Control, Overdetermined, Phase, Problem, State, solve
 
 
-def pendulum(implicit, shape=None):
+def pendulum(implicit, piecewise=None):
     """A pendulum swung to the side and stopped there, with the least effort."""
     q, w = State("q", "rad"), State("w", "rad/s")
-    u = Control("u", "rad/s^2", lower=-20, upper=20, piecewise=shape)
-    a = Control("a", "rad/s^2", piecewise=shape)
+    u = Control("u", "rad/s^2", lower=-20, upper=20, piecewise=piecewise)
+    a = Control("a", "rad/s^2", piecewise=piecewise)
     pull = u - 9.81 * ca.sin(q)
     swing = Phase(
         "swing",
