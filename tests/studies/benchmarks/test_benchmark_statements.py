@@ -66,7 +66,7 @@ def test_every_signal_has_a_guess_and_no_control_a_shape(benchmark_stated: Bench
     for phase in problem.phases:
         controls = problem.controls[phase.name]
         assert set(phase.guess) == {*phase.states, *controls}
-        assert all(control.shape is None for control in controls)
+        assert all(control.piecewise is None for control in controls)
 
 
 def test_error_is_relative_and_signed() -> None:

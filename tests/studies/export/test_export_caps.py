@@ -20,7 +20,6 @@ DRIVE = Drive(drum_radius=0.02, interpolation="quintic", torque_speed=[[0, 1.0],
 STUDY = TrussStudy(
     minimise="peak-acceleration",
     duration=4.0,
-    truss={"pulley_friction": 0.01},
     drive=DRIVE,
     margin={"preset": "aiaa-s-114"},
 )
