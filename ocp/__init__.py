@@ -41,6 +41,7 @@ from ocp.nlp.solver import NlpSolver
 from ocp.numerics.schemes import Gauss, HermiteSimpson, Lobatto, Radau, Trapezoid
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
+from ocp.problem.interpolants import Interpolant
 from ocp.problem.phase import Phase, joined, peak
 from ocp.problem.problem import Problem, with_objective
 from ocp.problem.symbols import (
@@ -53,7 +54,6 @@ from ocp.problem.symbols import (
     State,
     Unknown,
 )
-from ocp.problem.tables import Table
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
@@ -137,6 +137,7 @@ __all__ = [
     "Homotopy",
     "HomotopyStopped",
     "Infeasible",
+    "Interpolant",
     "Interrupted",
     "InvalidNumber",
     "Ipopt",
@@ -169,7 +170,6 @@ __all__ = [
     "State",
     "StatementError",
     "StatementWarning",
-    "Table",
     "Tolerances",
     "Trajectory",
     "Trapezoid",

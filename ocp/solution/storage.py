@@ -29,11 +29,11 @@ from ocp.errors import FileError
 from ocp.mesh.initial_guess import StatedGuess
 from ocp.mesh.phase_times import guessed_times
 from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
+from ocp.problem.interpolants import Interpolant, interpolant_of
 from ocp.problem.parameters import parameters_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, ByFraction, Signal, Symbol, Time, resolve
-from ocp.problem.tables import Table, table_of
 from ocp.solution.files import check_room, read_file, write_file
 from ocp.solution.solution import Solution
 
@@ -286,11 +286,11 @@ class _Writer:
             return [name, self.written(instruction.number)]
         if instruction.function is None:
             return [name, *instruction.operands]
-        table = table_of(instruction.function)
+        table = interpolant_of(instruction.function)
         if table is None:
             raise TypeError(
                 f"an expression that calls the CasADi function '{instruction.function.name()}' "
-                "cannot be saved with a solution; if it is a table, make it with ocp.Table"
+                "cannot be saved with a solution; if it is a table, make it with ocp.Interpolant"
             )
         return [name, self.written(table), *instruction.operands]
 
@@ -355,7 +355,7 @@ class _Reader:
         if name != "call":
             return Instruction(name, rest)
         table = self.read(rest[0])
-        if not isinstance(table, Table):
+        if not isinstance(table, Interpolant):
             raise ValueError("it has an expression that calls something else than a table")
         return Instruction(name, rest[1:], function=table.function)
 
@@ -403,7 +403,7 @@ def _classes() -> dict[str, Callable[..., Any]]:
         *(raised_ends.RaisedNumber, symbols.Between, bounds.Bound, Phase, Problem),
         *(functionals.Integral, functionals.Peak, functionals.BoundaryValue),
         *(functionals.PointValue, functionals.PhaseTime),
-        *(Table, *schemes.SCHEMES.values()),
+        *(Interpolant, *schemes.SCHEMES.values()),
         *(piecewise_polynomial.Bernstein, piecewise_polynomial.Lagrange),
         *(piecewise_polynomial.Piece, piecewise_polynomial.PiecewisePolynomial),
         *(mesh.PhaseMesh, mesh.ExtraPoints, mesh.Mesh, trajectory.Evaluator),

@@ -1,4 +1,4 @@
-"""Tables in a statement: solved, printed, saved if `Table` made them."""
+"""Tables in a statement: solved, printed, saved if `Interpolant` made them."""
 
 import math
 
@@ -9,12 +9,12 @@ import pytest
 from ocp import (
     TIME,
     Control,
+    Interpolant,
     InvalidNumber,
     Phase,
     Problem,
     State,
     StatementError,
-    Table,
     certify,
     load,
     save,
@@ -66,13 +66,13 @@ def test_a_table_is_printed_by_its_name():
 
 def test_a_solution_with_a_function_of_casadi_is_not_saved(tmp_path):
     found = solve(moved_by(SMOOTH))
-    with pytest.raises(TypeError, match=r"'gain' cannot be saved.*make it with ocp\.Table"):
+    with pytest.raises(TypeError, match=r"'gain' cannot be saved.*make it with ocp\.Interpolant"):
         save(found, tmp_path / "found.zip")
 
 
 @pytest.mark.parametrize("kind", ["bspline", "linear"])
 def test_a_solution_with_a_table_is_saved(tmp_path, kind):
-    table = Table("gain", POINTS, 1 + POINTS**2, kind=kind)
+    table = Interpolant("gain", POINTS, 1 + POINTS**2, kind=kind)
     found = solve(moved_by(table))
     save(found, tmp_path / "found.zip")
     read = load(tmp_path / "found.zip")
@@ -83,7 +83,7 @@ def test_a_solution_with_a_table_is_saved(tmp_path, kind):
 
 
 def test_a_table_of_two_axes_has_its_values_in_their_order():
-    lift = Table("lift", [[0, 1, 2], [0, 10]], [[0, 10], [1, 11], [2, 12]], kind="linear")
+    lift = Interpolant("lift", [[0, 1, 2], [0, 10]], [[0, 10], [1, 11], [2, 12]], kind="linear")
     x = ca.SX.sym("x", 2)
     value = ca.Function("value", [x], [lift(x[0], x[1])])
     assert float(value([1.25, 4.0])) == pytest.approx(5.25, rel=1e-12)  # x + y by its values
@@ -101,7 +101,7 @@ def test_a_table_of_two_axes_has_its_values_in_their_order():
 )
 def test_a_table_refuses_in_a_sentence(arguments, words):
     with pytest.raises(StatementError, match=words):
-        Table("drag", *arguments)
+        Interpolant("drag", *arguments)
 
 
 def test_a_table_that_is_not_finite_is_named():

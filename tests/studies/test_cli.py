@@ -44,7 +44,7 @@ FAST = (*TIMELESS, "--duration", "5")
         ((*FORCE, "--duration", "5", "--jerk-cap", "31/T^3"), 3, "least feasible cap is 32 D/T^3"),
         ((*FAST, "--speed-cap", "0.1"), 3, "they need at least"),
         ((*FAST, "--least-tension", "3"), 3, "tension of the last one to 2.52455 N"),
-        ((*FAST, "--force-cap", "9"), 3, "statics need 9.40983 N"),
+        ((*FAST, "--force-cap", "9"), 3, "statics need 9.40984 N"),
         ((*FORCE, "--jerk-cap", "none", "--duration", "3", "--force-cap", "21"), 3, "21.107 N"),
         ((*FORCE, "--jerk-cap", "none", "--duration", "20"), 3, "a limit that no motion attains"),
         ((FAST[0], "missing.toml", *FAST[1:]), 2, "missing.toml cannot be read"),
@@ -176,7 +176,7 @@ def test_verify_accepts_the_bezier_law_and_names_a_broken_cap(
     ("content", "words"),
     [
         ("t,a\n0,1\n1,2", "has no column of an angle"),
-        ("time,angle\n0,0.1\n1,x", "x' in row 2 below the header is no number"),
+        ("time,angle\n0,0.1\n1,0.2\n2,0.3\n3,x", "x' in row 4 below the header is no number"),
         ("time,angle\n0,0.0768\n1,1.57", "at least 20"),
         ("", "is empty"),
     ],

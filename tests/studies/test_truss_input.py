@@ -13,10 +13,11 @@ FAST = (*TIMELESS, "--duration", "5")
 
 
 def sentence(words, capsys, code=ExitCode.BAD_INPUT):
-    """The one line with which a command line is refused."""
+    """The sentence with which a command line is refused; a long one stands in several lines."""
     assert main(list(words)) == code
-    (line,) = capsys.readouterr().err.splitlines()
-    return line
+    first, *further = capsys.readouterr().err.splitlines()
+    assert all(line.startswith("  ") for line in further)
+    return " ".join([first, *map(str.strip, further)])
 
 
 def test_a_flag_that_is_given_twice_is_refused(capsys):

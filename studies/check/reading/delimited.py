@@ -93,7 +93,7 @@ def _layout(path: Path) -> TextLayout:
         )
     _, layout = max(found, key=lambda item: item[0])
     if layout.table.unreadable:
-        line = layout.table.unreadable[0]
+        line = layout.table.unreadable[-1]
         refuse(
             path,
             f"cannot be understood in line {line + 1}, {quoted(lines[line])}, above its first "

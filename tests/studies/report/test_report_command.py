@@ -16,7 +16,8 @@ from studies.truss.motions.laws import deployments_of
 
 
 def said(capsys):
-    return capsys.readouterr().err.strip().splitlines()[-1]
+    """The last message, whose long lines are parted."""
+    return " ".join(capsys.readouterr().err.replace("\n  ", " ").strip().splitlines()[-1].split())
 
 
 @pytest.mark.slow

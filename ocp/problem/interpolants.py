@@ -12,17 +12,17 @@ from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 
-TableKind = Literal["bspline", "linear"]
+InterpolantKind = Literal["bspline", "linear"]
 
 # A CasADi expression holds the function of a table only, by which the table is found again. It
 # takes as little memory as the function, and lives as long as the process.
-_TABLES: dict[int, Table] = {}
+_INTERPOLANTS: dict[int, Interpolant] = {}
 
 
 @checked_keywords()
 @dataclass(frozen=True, eq=False, repr=False)
-class Table:
-    """A function that interpolates values on a grid: ``drag = Table("drag", speeds, drags)``.
+class Interpolant:
+    """A function that interpolates values on a grid: ``drag = Interpolant("drag", speeds, drags)``.
 
     Call it with as many scalar expressions as the grid has axes, such as ``drag(v)``.  Outside of
     its grid it extrapolates.
@@ -48,11 +48,11 @@ class Table:
     name: str
     points: Any
     values: Any
-    kind: TableKind = "bspline"
+    kind: InterpolantKind = "bspline"
     function: ca.Function = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.kind not in get_args(TableKind):
+        if self.kind not in get_args(InterpolantKind):
             raise StatementError(
                 f"the table '{self.name}' is of the kind {self.kind!r}; choose bspline or linear"
             )
@@ -70,7 +70,7 @@ class Table:
         flat = values.ravel(order="F")
         function = ca.interpolant(self.name, self.kind, list(axes), flat)
         object.__setattr__(self, "function", function)
-        _TABLES[hash(function)] = self
+        _INTERPOLANTS[hash(function)] = self
 
     def _axes(self) -> tuple[Array, ...]:
         """The points of each axis; StatementError unless they increase."""
@@ -95,6 +95,6 @@ class Table:
         return self.function(ca.vertcat(*[ca.SX(argument) for argument in arguments]))
 
 
-def table_of(function: ca.Function) -> Table | None:
-    """The table that a CasADi function belongs to, if a `Table` made it."""
-    return _TABLES.get(hash(function))
+def interpolant_of(function: ca.Function) -> Interpolant | None:
+    """The table that a CasADi function belongs to, if a `Interpolant` made it."""
+    return _INTERPOLANTS.get(hash(function))
