@@ -176,7 +176,10 @@ def test_verify_accepts_the_bezier_law_and_names_a_broken_cap(
     ("content", "words"),
     [
         ("t,a\n0,1\n1,2", "has no column of an angle"),
-        ("time,angle\n0,0.1\n1,0.2\n2,0.3\n3,x", "x' in row 4 below the header is no number"),
+        (
+            "time,angle\n0,0.1\n1,0.2\n2,0.3\n3,0.4\n4,0.5\n5,x",
+            "x' in row 6 below the header is no number",
+        ),
         ("time,angle\n0,0.0768\n1,1.57", "at least 20"),
         ("", "is empty"),
     ],

@@ -159,6 +159,7 @@ def test_a_price_is_the_slope_of_the_optimum() -> None:
     assert slope == pytest.approx(price["price"], rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stops", [False, True])
 def test_only_the_best_start_is_solved_to_its_last_digits(
     stops: bool, monkeypatch: pytest.MonkeyPatch
