@@ -202,6 +202,7 @@ def test_a_cap_below_the_least_found_ends_the_search_before_its_other_starts(
     assert "of 5 (dwell)" not in told.getvalue()
 
 
+@pytest.mark.slow
 def test_a_cap_above_the_least_found_is_searched_to_the_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

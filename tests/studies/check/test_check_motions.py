@@ -149,7 +149,11 @@ def test_a_study_of_least_time_lends_its_caps(aims: str, tmp_path: Path, capsys)
     assert told == ("energy" not in aims)
 
 
-@pytest.mark.parametrize("part", [0.99, 1.01], ids=["drawn above", "drawn below"])
+@pytest.mark.parametrize(
+    "part",
+    [0.99, pytest.param(1.01, marks=pytest.mark.slow)],
+    ids=["drawn above", "drawn below"],
+)
 def test_a_cap_within_the_noise_is_named_as_not_decided(part: float, tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", *noisy(BEZIER, 1e-3, 281, seed=1))
     cap = part * check(path).value("peak-acceleration")

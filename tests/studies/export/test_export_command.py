@@ -254,7 +254,10 @@ def test_what_is_impossible_by_proof_is_said_with_the_limit_as_stated(
     assert "at most 1.6 m/s; the least possible is 1.65247 m/s" in said
 
 
-@pytest.mark.parametrize("form", ["csv", "json", "mat"])
+@pytest.mark.parametrize(
+    "form",
+    ["csv", *(pytest.param(form, marks=pytest.mark.slow) for form in ("json", "mat"))],
+)
 def test_columns_hold_the_set_points_that_their_record_is_about(
     form: str, folder: Path, drive_file: Write, tmp_path: Path
 ) -> None:
@@ -317,6 +320,7 @@ def test_a_drum_of_several_layers_gets_its_turn(
     assert "export the drum's turn with --signal drum" in complaint(capsys)
 
 
+@pytest.mark.slow
 def test_a_rope_that_would_push_is_refused_behind_a_loop(
     folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -87,7 +87,7 @@ def test_a_table_comes_back(short: Result, name: str) -> None:
         )
 
 
-@pytest.mark.parametrize("bandwidth", [None, 5.0, 50.0])
+@pytest.mark.parametrize("bandwidth", [None, 5.0, pytest.param(50.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", TABLES)
 def test_peaks_stay_within_the_stated_bound(
     slow: Result, name: str, bandwidth: float | None
