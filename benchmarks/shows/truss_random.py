@@ -69,6 +69,7 @@ PROOFS = {
     "ropes only pull": "what a rope that only pulls leaves",
     "under the caps on its rates": "what a rope that only pulls leaves",
     "statics": "equilibrium at rest",
+    "the springs pull": "equilibrium at rest",
     "its inertia saves no more": "the ridge under capped rates",
     "a least tension of": "equilibrium at rest",
 }

@@ -25,8 +25,8 @@ def least_heat(peak: float) -> float:
 
 def test_a_front_lies_on_its_closed_form_and_has_its_slopes() -> None:
     problem, peak, heat = load()
-    found = front(problem, limited=peak, minimised=heat, points=8)
-    assert len(found.points) >= 6
+    found = front(problem, limited=peak, minimised=heat, points=5)
+    assert len(found.points) >= 4
     assert not found.gaps
     # the minimum of the heat has a peak of 1.5 N, and no motion has a peak below 1 N
     assert found.points[0].x == pytest.approx(1.0, rel=3e-3)
