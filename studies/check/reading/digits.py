@@ -16,11 +16,13 @@ def half_a_digit(values: Array) -> Array:
 
     A column has a number of decimals or a number of significant digits, and single numbers hide
     zeros at their end. So the most of either counts, and of both units the larger one. If single
-    precision gives the same numbers, its digits count.
+    precision gives the same numbers, its digits count. What is no number, such as a rate that is not
+    known at a row, tells nothing.
     """
-    some = np.unique(np.linspace(0, values.size - 1, min(values.size, SEEN)).round().astype(int))
+    known = values[np.isfinite(values)]
+    some = np.unique(np.linspace(0, known.size - 1, min(known.size, SEEN)).round().astype(int))
     decimals, significant = 0, 1
-    for value in values[some].tolist():
+    for value in known[some].tolist():
         _, digits, exponent = Decimal(repr(float(value))).normalize().as_tuple()
         decimals = max(decimals, -int(exponent))
         significant = max(significant, len(digits))
@@ -31,7 +33,7 @@ def half_a_digit(values: Array) -> Array:
 
     with np.errstate(over="ignore"):
         single = values.astype(np.float32)
-    if (np.abs(single - values) <= half).all():
+    if not (np.abs(single - values) > half).any():
         half = np.maximum(half, np.spacing(np.abs(single)).astype(float) / 2)
     return half
 

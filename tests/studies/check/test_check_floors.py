@@ -91,6 +91,8 @@ def test_a_force_is_proven_by_rates_and_estimated_from_angles(tmp_path: Path) ->
 def test_digits_are_told_from_a_column() -> None:
     assert half_a_digit(np.array([0.0768, 1.5001, 0.25])) == pytest.approx([5e-5] * 3)
     # of numbers with as many significant digits the largest one is the least exact
+    # a rate that is not known at a row tells nothing
+    assert half_a_digit(np.array([1.25, np.nan, 3.5]))[[0, 2]] == pytest.approx([5e-3] * 2)
     assert half_a_digit(np.array([0.07681, 1.234, 12.34])) == pytest.approx([5e-6, 5e-4, 5e-3])
     assert half_a_digit_of_times((np.arange(30) / 3).round(3)) == pytest.approx([5e-4] * 30)
     # times that are far from even are rounded, too
