@@ -45,6 +45,8 @@ _SECTIONS, _DIVISIONS = 16, 5
 # Part of the line that is next to no way, and part of the change that it has to hold
 NO_WAY = 1e-5
 _MOST = 0.5
+# Times as much of the line, on which a steep change is no larger
+_AROUND = 10.0
 
 
 @dataclass(frozen=True)
@@ -128,13 +130,14 @@ def steep_changes(
         low, high = ends[each, largest], ends[each, largest + 1]
 
     middle, half = 0.5 * (low + high), 0.5 * NO_WAY * (places[-1] - places[0])
-    before, after = (np.clip(middle + side, inner[0], inner[-1]) for side in (-half, half))
 
-    def change(held: Flags) -> Array:
-        sides = [at(place, base, held)[each, columns] for place in (before, after)]
+    def change(held: Flags, times: float = 1.0) -> Array:
+        ends = [np.clip(middle + way, inner[0], inner[-1]) for way in (-times * half, times * half)]
+        sides = [at(place, base, held)[each, columns] for place in ends]
         return np.asarray(np.abs(sides[1] - sides[0]) / sizes[columns])
 
-    most = _MOST * steps[rows, columns]
+    # two places next to no way apart hold nearly all of a change in between, and so of a slope
+    most = _MOST * np.maximum(steps[rows, columns], change(jumping, _AROUND))
     whole, by_place = change(jumping), change(~own)
     for k in np.flatnonzero(whole >= most):
         yield SteepChange(

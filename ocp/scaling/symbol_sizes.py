@@ -12,6 +12,7 @@ from ocp.problem.parameters import Interval, Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Signal, Unknown
+from ocp.scaling.joint_limits import sizes_by_joint_limits
 from ocp.scaling.variations import FRACTIONS, largest_finite
 
 STATED = "stated"
@@ -86,6 +87,11 @@ def signal_sizes(sources: SizeSources) -> tuple[dict[str, float], dict[str, str]
             size, reason = sources.of_signal(signal, phase)
             if size > sizes.get(signal.name, 0.0):
                 sizes[signal.name], reasons[signal.name] = size, reason
+
+    unsized = {s.name for phase in problem.phases for s in problem.signals[phase.name]}
+    unsized -= sizes.keys() | sources.without_limits
+    joint = sizes_by_joint_limits(problem, unsized, sources.parameters)
+    sizes, reasons = sizes | joint, reasons | dict.fromkeys(joint, BOUNDS)
 
     for phase in problem.phases:
         of_guess = sources.guess.phases[phase.name]

@@ -88,3 +88,13 @@ def test_the_place_and_the_size_of_a_change() -> None:
     assert found.place == pytest.approx(0.3, abs=1e-6)
     assert (found.column, found.by_place) == (0, False)
     assert found.size == pytest.approx(2.0 / 4.0, rel=1e-6)
+
+
+def test_a_slope_between_two_places_that_are_next_to_no_way_apart_is_not_steep() -> None:
+    """As in a narrow interval between narrower ones: the short way around it holds all of it."""
+    t = ca.SX.sym("t")
+    function = ca.Function("f", [t], [ca.tanh(400 * (t - 0.5))])
+    close = 0.5 + 1e-6 * np.array([-2.7, -2.6, -2.5, 2.5, 2.6, 2.7])
+    places = np.sort(np.concatenate([np.linspace(0.0, 1.0, 9)[[0, 1, 7, 8]], close]))
+    place = np.array([True])
+    assert not list(steep_changes(function, lambda at: at[:, None], places, ~place, place))
