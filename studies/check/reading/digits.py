@@ -16,8 +16,8 @@ def half_a_digit(values: Array) -> Array:
 
     A column has a number of decimals or a number of significant digits, and single numbers hide
     zeros at their end. So the most of either counts, and of both units the larger one. If single
-    precision gives the same numbers, its digits count. What is no number, such as a rate that is not
-    known at a row, tells nothing.
+    precision gives the same numbers, its digits count. What is no number, such as a rate that is
+    not known at a row, tells nothing.
     """
     known = values[np.isfinite(values)]
     some = np.unique(np.linspace(0, known.size - 1, min(known.size, SEEN)).round().astype(int))
