@@ -94,7 +94,7 @@ def test_a_force_cap_below_the_least_found_says_so(
     arguments += ["--force-cap", "44.3", "--starts", "bezier", "--results", str(tmp_path / "out")]
     # the bound of the pull refuses up to 44 N, and nothing proves that there is none above
     assert main(arguments) == ExitCode.NOT_SOLVED
-    last = capsys.readouterr().err.strip().splitlines()[-1]
+    last = " ".join(capsys.readouterr().err.replace("\n  ", " ").strip().splitlines()[-1].split())
     assert "under the other caps 44.53" in last, last
     assert "the least found for the peak rope force" in last
     assert "local" in last
