@@ -66,6 +66,7 @@ def test_a_demand_that_may_be_exceeded_is_kept() -> None:
     assert refused(found)
 
 
+@pytest.mark.slow
 def test_an_algebraic_signal_changes_with_the_controls() -> None:
     battery = Algebraic("battery", lower=-1.6, upper=1.6)
     found = driven(Bound("demand", ENGINE + battery, lower=1, upper=1), battery)

@@ -153,6 +153,7 @@ def test_a_policy_that_keeps_a_good_mesh_has_the_numbers_of_the_one_it_holds() -
     assert (kept.adapts, kept.rounds, kept.highest_degree) == (True, 7, 6)
 
 
+@pytest.mark.slow
 def test_a_step_at_a_time_that_varies_is_not_passed_over():
     """J = 1 / (c + 4 (1 - c)): a gear that doubles the speed from time c on."""
     change = Constant("change", "s", 0.2)

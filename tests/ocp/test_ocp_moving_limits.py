@@ -66,6 +66,7 @@ def test_a_control_follows_a_limit_that_waves(share, rate, way) -> None:
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_schemes_without_telling_multipliers_are_held_against_a_mesh_of_halves() -> None:
     found = solve(dash(0.5, 3.0, 3.0), settings=Settings(scheme=HermiteSimpson()))
     assert found.objective == pytest.approx(least_time(0.5, 3.0, 3.0), rel=1e-5)

@@ -156,6 +156,7 @@ def test_an_angle_with_a_small_cost_that_is_lost_is_said_to_need_bounds():
     assert 5.45787 < solve(priced(lower=-4, upper=4)).objective < 5.45787 * 1.001
 
 
+@pytest.mark.slow
 def test_a_mesh_of_one_point_an_interval_has_no_turns_to_look_at():
     q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2")
     swing = Phase("swing", {q: w, w: u - 9.81 * ca.sin(q)}, {q: 0, w: 0}, {q: 1, w: 0}, end=2.0)

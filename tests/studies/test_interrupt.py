@@ -72,6 +72,7 @@ def test_later_the_best_motion_is_kept(words: str, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "profile.csv").is_file()
 
 
+@pytest.mark.slow
 def test_while_figures_are_drawn_all_numbers_are_kept(tmp_path: Path) -> None:
     out = tmp_path / "out"
     code, messages = interrupted_at(

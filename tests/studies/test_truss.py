@@ -108,6 +108,7 @@ def test_energies_balance_and_the_bound_on_work_holds(law: object) -> None:
     assert work <= deployment.values["energy"] <= 1.01 * work
 
 
+@pytest.mark.slow
 def test_extremes_are_found_between_samples() -> None:
     values = Deployment("Bezier", PINNED, WITH_FRICTION).values
     grid = np.linspace(0, T, 1_000_003)
@@ -255,6 +256,7 @@ def test_the_stored_law_is_the_one_that_was_found() -> None:
 JUMPING = constant_acceleration((0.0, 70.0, 140.0), (4 * D / T**2, -4 * D / T**2), math.pi / 2 - D)
 
 
+@pytest.mark.slow
 def test_a_least_time_that_is_the_shortest_stated_one_is_said_to_be_it() -> None:
     study = study_from(
         {

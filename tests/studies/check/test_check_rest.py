@@ -68,6 +68,7 @@ def test_no_start_is_taken_for_rest(law: object, sigma: float, tmp_path: Path) -
     assert moving_part(measured) is measured
 
 
+@pytest.mark.slow
 def test_a_cap_in_the_duration_is_that_of_the_motion(tmp_path: Path, capsys) -> None:
     path = recorded(tmp_path / "a.csv")
     words = ["check", str(path), "--jerk-cap", "200/T^3", "--no-optimum"]

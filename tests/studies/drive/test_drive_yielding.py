@@ -38,6 +38,7 @@ def mass_and_share(hauled: float) -> tuple[float, float]:
     return float(found.force[1] - found.force[0]), float(found.mean_tension[0] / found.force[0])
 
 
+@pytest.mark.slow
 def test_the_mechanism_moves_as_a_mass_on_the_rope() -> None:
     drive = dataclasses.replace(DRIVE, rope_stiffness=2e4)
     times = uniform_times(COURSE, 0.01)

@@ -73,6 +73,7 @@ def test_displacements_behind_a_stop_are_played_from_where_it_ended(
     assert records[0][force] == pytest.approx(records[1][force], rel=2e-2)
 
 
+@pytest.mark.slow
 def test_a_stop_leaves_room_for_what_its_table_adds(
     folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

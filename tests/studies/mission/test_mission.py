@@ -157,6 +157,7 @@ def test_the_page_sets_no_stage_beside_the_mission_as_another_law(folder: Path) 
     assert "baseline" not in outcome_text(Result.load(folder))
 
 
+@pytest.mark.slow
 def test_figure_report_and_columns(folder: Path) -> None:
     assert (folder / "timeline.png").stat().st_size > 20_000
     assert main(["report", str(folder)]) == 0

@@ -320,6 +320,7 @@ def test_what_others_made_is_as_they_published_it():
     assert not re.search(r"</script|https?://(?!github\.com/leeoniya)", assets.scripts())
 
 
+@pytest.mark.slow
 def test_a_missing_or_changed_asset_is_an_error(monkeypatch, tmp_path, result):
     copied = tmp_path / "assets"
     copied.mkdir()

@@ -81,6 +81,7 @@ def test_a_stuck_joint_adds_its_moment_over_the_leverage() -> None:
     assert held[0] - free[0] == pytest.approx(expected, abs=1e-9)  # rounding of forces of 50 N
 
 
+@pytest.mark.slow
 def test_the_rate_of_an_analytic_case() -> None:
     """The peak grows with mu, which is uniform: a cap at its 80 % point is broken by a fifth."""
     study = slow(draws=1500)

@@ -49,6 +49,7 @@ def test_a_neighbour_is_stretched_to_stroke_and_duration(neighbour: Result) -> N
     assert rate == pytest.approx(start.acceleration(times)[1:-1], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_study_from_a_neighbour_has_the_same_optimum(neighbour: Result) -> None:
     study = TrussStudy(
         minimise="peak-acceleration", duration=150.0, caps={"jerk": "bezier"}, solver=COARSE

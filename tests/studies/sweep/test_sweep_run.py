@@ -157,6 +157,7 @@ def test_a_damaged_case_and_a_lost_one_are_computed_again(
     assert without_times((out / "cases.csv").read_bytes()) == without_times(table)
 
 
+@pytest.mark.slow
 def test_a_hung_case_is_a_row_and_has_another_chance_with_more_time(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
