@@ -38,7 +38,7 @@ LIMITS = {
     "rope_acceleration": ("peak-rope-acceleration", rf"least possible is {NUMBER} m/s\^2"),
     "duration": ("", rf"(?:need|duration to|takes) at least {NUMBER} s"),
 }
-REFUSALS = 4  # in a row, as one proof after the other may name a number
+REFUSALS = 6  # in a row, as one proof after the other may name a number
 
 
 def question(seed: int, index: int) -> Question:

@@ -263,10 +263,10 @@ def _check_pull_within(study: TrussStudy, cap: float) -> None:
     least = least_time_of_pull(study.truss, study.caps, cap, study.duration[1])
     if least <= study.duration[1]:
         return
-    time = "" if math.isinf(least) else f": that takes at least {up(least)} s"
+    time = "" if math.isinf(least) else f"lengthen the duration to at least {up(least)} s, "
     raise _infeasible(
         f"no motion deploys in {study.duration[1]:g} s with at most {cap:g} N on each rope under "
-        f"the caps on its rates{time}; raise the force cap, or loosen another one"
+        f"the caps on its rates; {time}raise the force cap, or loosen another one"
     )
 
 
