@@ -71,8 +71,8 @@ def save(
 
 def label_axes(panel: Axes, x: str, y: str, fit: bool = True) -> None:
     """Name the axes of a panel and give it the look of all others; `fit` leaves no room aside."""
-    panel.set_xlabel(x)
-    panel.set_ylabel(y)
+    panel.set_xlabel(typeset(x))
+    panel.set_ylabel(typeset(y))
     panel.grid(color="0.9", lw=0.6)
     panel.set_axisbelow(True)
     if fit:
@@ -81,6 +81,19 @@ def label_axes(panel: Axes, x: str, y: str, fit: bool = True) -> None:
         panel.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4), useMathText=True)
     for side in ("top", "right"):
         panel.spines[side].set_visible(False)
+
+
+def typeset(label: str) -> str:
+    """A label whose units have raised exponents, as in rad/s²."""
+    return label.replace("^2", "²").replace("^3", "³")
+
+
+def logarithmic_below(panel: Axes) -> None:
+    """Make the horizontal axis logarithmic, with plain numbers such as 0.2 or 30 at its marks."""
+    panel.set_xscale("log")
+    panel.xaxis.set_major_formatter("{x:g}")
+    # of the marks between the powers of ten these have room for a number
+    panel.xaxis.set_minor_formatter(lambda x, _: f"{x:g}" if f"{x:e}"[0] in "235" else "")
 
 
 def show_lowest(panel: Axes) -> None:

@@ -99,9 +99,15 @@ def _draw_uses(panel: Axes, stages: Sequence[Mapping[str, Any]]) -> None:
     panel.barh(range(len(uses)), shares, color=[colours[name] for name, _ in uses], height=0.6)
     for place, share in enumerate(shares):
         panel.annotate(
-            f"{share:.3g}", (share, place), xytext=(3, 0), textcoords="offset points", va="center"
+            f"{share:.3g}",
+            (share, place),
+            xytext=(3, 0),
+            textcoords="offset points",
+            va="center",
+            bbox={"fc": "w", "ec": "none", "pad": 0.5},  # the line may be behind it
         )
-    label_axes(panel, "part of the cap that is used [%]", "")
+    panel.axvline(100.0, color="0.4", lw=0.8, ls=":")
+    label_axes(panel, "part of the cap that is used [%], dotted: all of it", "")
     panel.set_yticks(range(len(uses)), [f"{name}:\n{use['title']}" for name, use in uses])
     panel.margins(x=0.15)
     panel.invert_yaxis()

@@ -355,7 +355,7 @@ def _verdict(mission: Mission) -> Verdict:
         return Verdict("unverified", f"unverified: {_broken_caps(mission)}")
     broken = [check.name for check in _checks(mission) if not check.passed]
     if broken:
-        return Verdict("unverified", f"unverified: over its cap is {', '.join(broken)}")
+        return Verdict("unverified", f"unverified: above the cap: {', '.join(broken)}")
     stages = ", ".join(f"{m.name} {m.duration:.5g} s" for m in mission.motions)
     return Verdict(
         "local",

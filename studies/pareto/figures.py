@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ocp.arrays import Array
-from studies.common.drawing import COLOURS, label_axes, look
+from studies.common.drawing import COLOURS, label_axes, logarithmic_below, look
 from studies.common.result import Result
 from studies.pareto.columns import WAYS, FrontAxis
 
@@ -133,7 +133,7 @@ def _price(panel: Axes, result: Result, limited: str) -> None:
         # the limit does not press any more where the price is rounding
         panel.set_ylim(max(float(price.min()), NOTHING * highest) / 2, 2 * highest)
     if x.max() >= 4 * x.min():
-        panel.set_xscale("log")
+        logarithmic_below(panel)
 
 
 def _broken(x: np.ndarray, y: np.ndarray, gaps: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:

@@ -37,10 +37,18 @@ def _draw_bands(panel: Axes, result: Result) -> None:
         if f"{name}/time" not in result.arrays:
             continue
         time, low, high = (result.arrays[f"{name}/{c}"].values for c in ("time", "low", "high"))
-        panel.fill_between(time, low, high, color=colour, alpha=0.3, lw=0, label=f"{name}: 5-95 %")
+        label = f"{name}: 5-95 %"
+        if name == ROBUST:
+            panel.fill_between(time, low, high, color=colour, alpha=0.3, lw=0, label=label)
+            continue
+        # two areas, one above the other, would have a third colour
+        for edge, words in ((low, label), (high, None)):
+            panel.plot(time, edge, "-.", color=colour, lw=1, label=words)
     time, force = (result.arrays[c].values for c in ("time", "motor_force"))
     panel.plot(time, force, color=LAWS[ROBUST], lw=1.2, label="robust, nominal truss")
-    panel.axhline(result.details["motor_force"], color="0.3", ls="--", lw=1, label="motor force")
+    panel.axhline(
+        result.details["motor_force"], color="0.3", ls="--", lw=1, label="required motor force"
+    )
     floor = study_from(result.configuration).deployment.caps.least_tension or 0.0
     panel.axhline(floor, color="0.3", ls=":", lw=1, label="least tension asked")
     label_axes(panel, "time [s]", "force of the motor on one rope [N]")

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ocp.arrays import Array
-from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below
+from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below, typeset
 from studies.common.result import Result
 
 PANELS = 3  # quantities in a figure, where no more are asked for
@@ -47,7 +47,7 @@ class Parameter:
     @property
     def label(self) -> str:
         """Of its axis."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+        return typeset(f"{self.name} [{self.unit}]") if self.unit else self.name
 
     def of(self, value: float) -> str:
         """One of its values, for a legend."""
@@ -159,7 +159,7 @@ def _head(figure: Figure, result: Result) -> None:
 
 def _label(result: Result, name: str) -> str:
     title, unit = result.details["titles"][name]
-    return textwrap.fill(f"{title} [{unit}]", WRAPPED)
+    return textwrap.fill(typeset(f"{title} [{unit}]"), WRAPPED)
 
 
 def _mark_lacking(panel: Axes, places: Array) -> None:

@@ -21,6 +21,7 @@ from studies.sweep.cases.plan import Plan
 from studies.sweep.cases.store import CaseStore, DamagedCase
 from studies.sweep.config import as_dictionary
 from studies.sweep.subjects import SUBJECTS
+from studies.truss.checks import SHEAR_IS_MISSING, WITHOUT_SHEAR
 
 ANSWERED = ("solved", "infeasible", "refused")  # what a case may end with and be an answer
 FILE = "cases.csv"
@@ -74,6 +75,8 @@ def tabulate(plan: Plan, store: CaseStore) -> CaseTable:
         for name, value in record.get("values", {}).items():
             if name not in table.quantities:
                 table.quantities[name] = np.full(count, np.nan)
+                table.titles[name] = tuple(record["titles"][name])
+            if record["titles"][name][0].endswith(WITHOUT_SHEAR):  # of one case, said of all
                 table.titles[name] = tuple(record["titles"][name])
             # an answer that failed a check is told by its status, and is no value
             if record["status"] == "solved":
@@ -157,7 +160,13 @@ def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[st
         table=tuple(_rows(table)),
         verdict=_verdict(table),
         checks=(_answers(table),),
-        remarks=(*remarks, *of_indices, *_not_shown(plan, table), *_failures(table)),
+        remarks=(
+            *remarks,
+            *of_indices,
+            *_not_shown(plan, table),
+            *_without_shear(table),
+            *_failures(table),
+        ),
         details={
             "statuses": table.statuses,
             "minimised": list(table.minimised),
@@ -170,6 +179,12 @@ def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[st
         provenance=provenance(),
         interrupted=interrupted,
     )
+
+
+def _without_shear(table: CaseTable) -> tuple[str, ...]:
+    """With friction in any case, a sentence on the forces in the bars."""
+    lacking = any(title.endswith(WITHOUT_SHEAR) for title, _ in table.titles.values())
+    return (SHEAR_IS_MISSING,) if lacking else ()
 
 
 def _indices(plan: Plan, table: CaseTable) -> tuple[dict[str, Any], tuple[str, ...]]:

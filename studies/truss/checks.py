@@ -40,6 +40,11 @@ _ORDER = (
 )
 ROWS = tuple(dict.fromkeys((*_ORDER, *QUANTITIES)))
 
+WITHOUT_SHEAR = " without shear"  # behind the title of the force in a bar, with pulley friction
+SHEAR_IS_MISSING = (
+    "The largest force in a bar is without shear: links and bars may carry up to four times this."
+)
+
 
 def table_rows(
     study: TrussStudy, laws: Sequence[Deployment], bounds: Mapping[str, float]
@@ -69,17 +74,14 @@ def table_rows(
 def _title(study: TrussStudy, key: str) -> str:
     """Title of a row; with friction the bars' one names the part that is not modelled."""
     shear = key == "peak-bar-force" and study.truss.pulley_friction > 0.0
-    return f"{QUANTITIES[key].title}{' without shear' if shear else ''}"
+    return f"{QUANTITIES[key].title}{WITHOUT_SHEAR if shear else ''}"
 
 
 def without_shear(study: TrussStudy) -> tuple[str, ...]:
     """With friction, a sentence on the force in the bars that the table shows."""
     if study.truss.pulley_friction == 0.0:
         return ()
-    return (
-        "The largest force in a bar is without shear: links and bars may carry up to four times "
-        "this.",
-    )
+    return (SHEAR_IS_MISSING,)
 
 
 def _weighted_sums(study: TrussStudy, laws: Sequence[Deployment]) -> list[TableRow]:

@@ -231,7 +231,16 @@ def tension_figure(deployments: Sequence[Deployment]) -> Figure:
 
     axes[0].set_ylim(bottom=0)  # of all: they share the axis, and no curve is still to come
     for panel in axes:
-        panel.legend(frameon=False, fontsize=8)
+        # without friction the curves cross all of a panel, some at its top
+        panel.legend(
+            frameon=False,
+            fontsize=7.5,
+            ncols=2,
+            handlelength=1.2,
+            columnspacing=0.8,
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.2),
+        )
     return figure
 
 

@@ -30,7 +30,7 @@ from studies.truss.figures import all_figures, angle_figure
 from studies.truss.limits.bounds import least_time, least_work
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, columns_at, profile
-from studies.truss.motions.laws import knots, pinned_bezier, stored_law
+from studies.truss.motions.laws import knots, paper_laws, pinned_bezier, stored_law
 from studies.truss.search.motion_search import Search
 from studies.truss.study import run
 
@@ -308,3 +308,40 @@ def test_a_study_that_failed_leaves_an_incomplete_result(
     partial = Result.load(out, partial=True)
     assert partial.configuration["minimise"] == "peak-acceleration"
     assert partial.verdict.sentence == "no motion was found"
+
+
+@pytest.mark.parametrize("degrees", [20.0, 26.0, 66.0])
+def test_the_paper_s_laws_have_values_in_every_range(degrees: float) -> None:
+    """They never run backwards, which pulley friction does not allow."""
+    stowed = math.radians(degrees)
+    truss = dataclasses.replace(WITH_FRICTION, stowed_angle=stowed)
+    bezier, step5 = paper_laws(truss, T)
+    for law, shape in ((bezier, 5.62), (step5, 7.5)):
+        expected = shape * (DEPLOYED - stowed) / T**2
+        # 5.62 is that of the paper's points, to its three digits
+        assert law.values["peak-acceleration"] == pytest.approx(expected, rel=1e-3)
+        assert law.values["least-tension"] > 0.0
+
+
+@pytest.mark.slow
+def test_objectives_in_order_are_both_in_the_verdict() -> None:
+    result = run(
+        study_from(
+            {
+                "minimise": ["peak-acceleration", "peak-rope-speed"],
+                "duration": T,
+                "concession": 0.01,
+                "caps": {"jerk": "bezier"},
+                "solver": {"starts": ["bezier"], "intervals": 12},
+            }
+        )
+    )
+    least, conceded = result.bounds["peak-acceleration"], result.value("peak-acceleration")
+    assert least < conceded <= 1.01 * least * (1 + 1e-5)
+    said = result.verdict.sentence
+    assert f"then peak rope speed {result.value('peak-rope-speed'):.6g} m/s" in said
+    used = 100 * (conceded / least - 1) / 0.01
+    assert f"to {conceded:.6g} rad/s^2, {used:.0f} % of its concession (1 %)" in said
+    # a limit that was conceded is no value of the solver
+    (peak,) = [remark for remark in result.remarks if "in the solver" in remark]
+    assert peak.startswith("peak rope speed: ")

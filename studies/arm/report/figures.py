@@ -287,9 +287,11 @@ def _bending(panel: Axes, scene: Scene, snapshots: Sequence[Snapshot]) -> None:
         places = nodes - nodes[:, :1]
         shade = str(0.8 - 0.8 * share)
         label = f"{snapshot.time:.3g} s"
-        panel.plot(along @ places, 1e3 * (across @ places), color=shade, label=label)
+        panel.plot(along @ places, 1e3 * (across @ places), ".-", ms=4, color=shade, label=label)
     panel.axhline(0.0, color=COLOURS[0], lw=0.8, ls=":")
-    panel.set_title(f"bending of the {'small' if small else 'big'} arm", fontsize=9)
+    panel.set_title(
+        f"bending of the {'small' if small else 'big'} arm at its model's nodes", fontsize=9
+    )
     label_axes(panel, "along the straight line between its ends [m]", "off that line [mm]")
     # the curves reach into every corner of the panel
     panel.legend(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ocp.arrays import Array
 from studies.common.console import number
-from studies.common.drawing import label_axes
+from studies.common.drawing import label_axes, logarithmic_below, typeset
 from studies.common.result import Result
 from studies.pareto.columns import FrontAxis
 
@@ -114,7 +114,7 @@ def _curves(panel: Axes, result: Result, picture: _Picture) -> None:
     highest = max([high, *(top for top in tops if top < high + 2 * (high - low))])
     panel.set_ylim(low - 0.06 * (highest - low), highest + 0.06 * (highest - low))
     if arrays[x].max() >= WIDE * arrays[x].min() > 0.0:
-        panel.set_xscale("log")
+        logarithmic_below(panel)
 
 
 def _named(picture: _Picture) -> list[tuple[str, str]]:
@@ -155,7 +155,7 @@ def _prices(panel: Axes, picture: _Picture, of: FrontAxis) -> None:
 def _bar(figure: Figure, panels: Sequence[Axes], picture: _Picture) -> None:
     """The colours of the slices, with a tick for each that has room."""
     bar = figure.colorbar(picture.colours, ax=list(panels), aspect=40, pad=0.015)
-    bar.set_label(f"{picture.z.title} at most [{picture.z.unit}]")
+    bar.set_label(typeset(f"{picture.z.title} at most [{picture.z.unit}]"))
     limits = np.unique(picture.arrays["slice"])
     places = np.asarray(picture.colours.norm(limits), dtype=float)
     ticks, last = [], -1.0

@@ -29,6 +29,7 @@ from studies.pareto.surface.words import (
     surface_verdict,
 )
 from studies.pareto.verdict import checks_of_points
+from studies.truss.checks import without_shear
 from studies.truss.motions.deployment import Deployment
 
 
@@ -75,6 +76,7 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
                 for law in laws
             ),
             *stack.remarks,
+            *without_shear(sliced.alone.truss),
         ),
         details={
             **surface_details(stack, axes),

@@ -108,8 +108,9 @@ def test_digits_are_told_from_a_column() -> None:
 @pytest.mark.parametrize(("of_time", "of_angle"), [("%.10g", "%.14g"), ("%.6f", "%.9f")])
 def test_rounded_times_break_no_cap(of_time: str, of_angle: str, tmp_path: Path) -> None:
     """Rows of a stored optimum are uneven, and close where its jerk switches."""
-    switches = [2.4371284, 4.9128357, 7.5127846]
-    time = np.unique(np.concatenate([np.linspace(0.0, T, 401), switches]))
+    switches = np.array([[2.4371284123], [4.912835712345], [7.512784634567]])
+    near = switches + 0.00212345678 * np.arange(-2, 3)  # none of them has ten digits
+    time = np.unique(np.concatenate([np.linspace(0.0, T, 401), near.ravel()]))
     path = tmp_path / "a.csv"
     pairs = zip(time, LAW.motion(time).angle, strict=True)
     lines = [f"{of_time % t},{of_angle % angle}" for t, angle in pairs]

@@ -238,7 +238,7 @@ def test_a_surface_is_stored_and_drawn_from_what_was_stored(tmp_path):
     assert len({c.get_color() for c in curves}) == 3
     assert bar.get_ylabel() == "duration at most [s]"
     assert [tick.get_text() for tick in bar.get_yticklabels()] == ["1", "2", "4"]
-    assert (of_x.get_ylabel(), of_z.get_ylabel()) == ("[N/(rad/s^2)]", "[N/s]")
+    assert (of_x.get_ylabel(), of_z.get_ylabel()) == ("[N/(rad/s²)]", "[N/s]")
     plt.close(figure)
 
 
