@@ -400,7 +400,9 @@ def _beyond_bounds(
     n_x = len(phase.states)
     signals = (motion[:, :n_x], motion[:, n_x:], levels, times[:, None])
     columns = [values.transpose(0, 2, 1).reshape(times.size, -1) for values in signals]
-    (values,) = columnwise(ca.Function("bounds", equations.inputs, [expressions]), *columns, numbers)
+    (values,) = columnwise(
+        ca.Function("bounds", equations.inputs, [expressions]), *columns, numbers
+    )
     for bound, own in zip(phase.bounds, values.T, strict=True):
         limits, key = parameters.bound_limits[phase.name, bound.name], (phase.name, bound.name)
         # where it has no value, nothing is known to be left

@@ -56,8 +56,9 @@ _SHARE_OF_ALL = 0.6
 _FAR_OFF = 10.0
 
 # Relative difference of two answers of one mesh that are the same, in terms of the objective's
-# size at least, unless a larger tolerance on the objective is asked for; answers that have to agree where none differs, and where some do or where phases
-# meet at a free time, by which answers may be stationary that are no optima.
+# size at least, unless a larger tolerance on the objective is asked for. Answers that have to agree
+# where none differs, and where some do or where phases meet at a free time, by which answers may be
+# stationary that are no optima.
 _SAME = 1e-5
 _SMALLEST = 1e-2
 _AGREE = 2
