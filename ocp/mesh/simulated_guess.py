@@ -198,7 +198,7 @@ def _drawn(
 
     # a value that is none counts as one that has run away
     scale = np.array([sizes[s.name] for s in (*phase.states, *algebraics)])[None, :, None]
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         away = np.nan_to_num(np.abs(motion) / scale, nan=np.inf).max(axis=1)
         miss = _misses(phase, parameters, np.nan_to_num(motion), scale)
         at = np.linspace(ends[0], ends[1], _STEPS + 1)
