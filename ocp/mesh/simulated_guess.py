@@ -16,7 +16,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
-from ocp.numerics.columnwise import called
+from ocp.numerics.columnwise import called, columnwise
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -82,7 +82,7 @@ class _Draws:
     last : (K,)
         The step at which each draw ends.
     miss : (K,)
-        Distance from the prescribed values and limits, relative to the states' sizes.
+        Distance from the prescribed values and limits, relative to their sizes.
     """
 
     ends: Array
@@ -97,8 +97,10 @@ def simulated_guesses(
     parameters: Parameters,
     stated: InitialGuess,
     sizes: Mapping[str, float],
+    bound_sizes: Mapping[tuple[str, str], float],
     count: int,
     random: np.random.Generator,
+    most: float = math.inf,
 ) -> list[InitialGuess]:
     """Guesses in the order of how closely they come to the prescribed values.
 
@@ -111,8 +113,12 @@ def simulated_guesses(
         For unknowns, and for initial values that are free.
     sizes : mapping of str to float
         Typical sizes of the signals.
+    bound_sizes : mapping of (phase name, bound name) to float
+        Typical sizes of the path constraints.
     count : int
         How many are wanted.
+    most : float
+        That one may miss the prescribed values and the limits by, in these sizes.
     """
     if not all(_can_be_simulated(problem, phase) for phase in problem.phases):
         return []
@@ -121,10 +127,12 @@ def simulated_guesses(
 
     phases: list[_Draws] = []
     for phase in problem.phases:
-        drawn = _drawn(problem, phase, parameters, stated, sizes, numbers, phases, random)
+        drawn = _drawn(
+            problem, phase, parameters, stated, sizes, bound_sizes, numbers, phases, random
+        )
         phases.append(drawn)
     miss = np.max([drawn.miss for drawn in phases], axis=0)
-    order = [int(k) for k in np.argsort(miss)[:count] if np.isfinite(miss[k])]
+    order = [int(k) for k in np.argsort(miss)[:count] if np.isfinite(miss[k]) and miss[k] <= most]
     return [
         InitialGuess(
             {
@@ -160,6 +168,7 @@ def _drawn(
     parameters: Parameters,
     stated: InitialGuess,
     sizes: Mapping[str, float],
+    bound_sizes: Mapping[tuple[str, str], float],
     numbers: Array,
     before: Sequence[_Draws],
     random: np.random.Generator,
@@ -189,9 +198,11 @@ def _drawn(
 
     # a value that is none counts as one that has run away
     scale = np.array([sizes[s.name] for s in (*phase.states, *algebraics)])[None, :, None]
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         away = np.nan_to_num(np.abs(motion) / scale, nan=np.inf).max(axis=1)
         miss = _misses(phase, parameters, np.nan_to_num(motion), scale)
+        at = np.linspace(ends[0], ends[1], _STEPS + 1)
+        miss += _beyond_bounds(phase, parameters, bound_sizes, equations, motion, u, at, numbers)
     miss[np.maximum.accumulate(away, axis=0) > _FAR] = np.inf
 
     # a free last time may as well be earlier, where the motion comes closest
@@ -368,6 +379,36 @@ def _misses(phase: Phase, parameters: Parameters, motion: Array, scale: Array) -
         if values is not None:
             miss += _beyond(motion[:, i], values) / size
     return miss
+
+
+def _beyond_bounds(
+    phase: Phase,
+    parameters: Parameters,
+    sizes: Mapping[tuple[str, str], float],
+    equations: _Equations,
+    motion: Array,
+    u: Array,
+    times: Array,
+    numbers: Array,
+) -> Array:
+    """By how much each draw has left the path constraints until a step, (m + 1, K)."""
+    beyond = np.zeros(times.shape)
+    if not phase.bounds:
+        return beyond
+    expressions = ca.densify(ca.vertcat(*[bound.expression for bound in phase.bounds]))
+    levels = np.concatenate([u, u[-1:]])
+    n_x = len(phase.states)
+    signals = (motion[:, :n_x], motion[:, n_x:], levels, times[:, None])
+    columns = [values.transpose(0, 2, 1).reshape(times.size, -1) for values in signals]
+    (values,) = columnwise(
+        ca.Function("bounds", equations.inputs, [expressions]), *columns, numbers
+    )
+    for bound, own in zip(phase.bounds, values.T, strict=True):
+        limits, key = parameters.bound_limits[phase.name, bound.name], (phase.name, bound.name)
+        # where it has no value, nothing is known to be left
+        left = np.nan_to_num(_beyond(own, limits) / sizes[key]).reshape(times.shape)
+        beyond += np.maximum.accumulate(left, axis=0)
+    return beyond
 
 
 def _beyond(values: Array, limits: tuple[float, float]) -> Array:

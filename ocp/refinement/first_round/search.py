@@ -51,9 +51,16 @@ _CHEAP_WORK = 1.25e5
 _SHARE = 0.4
 _SHARE_OF_ALL = 0.6
 
+# Sizes by which a simulated motion may miss its end and its limits. One that is further off has
+# less in common with the motions that are sought than a wave around a straight line. In the swings
+# of `benchmarks.shows` many that missed by up to 3 led to answers. Of 13 that missed by 6 to 30 one
+# did, which was no motion.
+_FAR_OFF = 10.0
+
 # Relative difference of two answers of one mesh that are the same, in terms of the objective's
-# size at least; answers that have to agree where none differs, and where some do or where phases
-# meet at a free time, by which answers may be stationary that are no optima.
+# size at least, unless a larger tolerance on the objective is asked for. Answers that have to agree
+# where none differs, and where some do or where phases meet at a free time, by which answers may be
+# stationary that are no optima.
 _SAME = 1e-5
 _SMALLEST = 1e-2
 _AGREE = 2
@@ -192,9 +199,10 @@ def _searched(
     agree = _AGREE_IF_OTHERS if meet_freely(first_round.meshes.problem.phases) else _AGREE
     attempts = ((first_round.solver, point) for point in _alternating(first_round.meshes, program))
     known = [answer.value for answer in before.answers]
+    same = _same_within(first_round.meshes)
 
     def agreed(found: Sequence[NlpResult]) -> bool:
-        return _settled([*known, *(result.objective for result in found)], agree)
+        return _settled([*known, *(result.objective for result in found)], agree, same)
 
     for last in first_round.runs(program, attempts, before.last, agreed=agreed):
         search = search.with_run(first_round.meshes, last)
@@ -210,7 +218,7 @@ def _searched(
         enough = search.starts >= _CHEAP_STARTS or last.iterations >= limit.cheap
         # on a mesh too coarse to compare values, further ones would only differ
         enough |= min((a.dynamics for a in answers), default=inf) > _COMPARABLE
-        settled = enough and _settled([answer.value for answer in answers], agree)
+        settled = enough and _settled([answer.value for answer in answers], agree, same)
         if last.outcome == "interrupted" or settled or (may_refine and no_motion):
             break
         if search.seems_unbounded or search.seems_undefined:
@@ -235,7 +243,7 @@ def _improved(first_round: MeshRound, before: _FirstMeshSearch) -> _FirstMeshSea
         for last in first_round.runs(program, attempts, search.last, _IMPROVED_WITHIN):
             search = search.with_run(meshes, last)
         better = min(search.answers, key=_value)
-        if better is best or _same(better.value, best.value):
+        if better is best or _same(better.value, best.value, _same_within(meshes)):
             break
     return search
 
@@ -278,7 +286,7 @@ class _Limit:
 
 def _alternating(meshes: MeshSolver, program: Transcription) -> Iterator[StartingPoint]:
     """Starting points of both kinds in turn; the second kind alone where none is simulated."""
-    kinds = simulated(meshes, program, _STARTS // 2), wavy(meshes, program, _STARTS)
+    kinds = simulated(meshes, program, _STARTS // 2, _FAR_OFF), wavy(meshes, program, _STARTS)
     pairs = chain.from_iterable(zip_longest(*kinds))
     return islice((point for point in pairs if point is not None), _STARTS)
 
@@ -293,24 +301,29 @@ def _value(answer: _Answer) -> float:
     return answer.value
 
 
-def _same(one: float, other: float) -> bool:
+def _same_within(meshes: MeshSolver) -> float:
+    """Relative difference of two values that are the same, to the user as well."""
+    return max(_SAME, meshes.settings.accuracy.objective)
+
+
+def _same(one: float, other: float, within: float) -> bool:
     size = max(abs(one), abs(other), _SMALLEST)
-    return abs(one - other) <= _SAME * size
+    return abs(one - other) <= within * size
 
 
-def _settled(values: Sequence[float], enough: int) -> bool:
+def _settled(values: Sequence[float], enough: int, same: float) -> bool:
     """Whether the best value was found often enough, where `enough` is if none differs."""
     if not values:
         return False
-    agree = sum(_same(min(values), value) for value in values)
+    agree = sum(_same(min(values), value, same) for value in values)
     return agree >= (enough if agree == len(values) else _AGREE_IF_OTHERS)
 
 
-def _distinct(answers: Sequence[_Answer]) -> list[_Answer]:
+def _distinct(answers: Sequence[_Answer], same: float) -> list[_Answer]:
     """Different answers, the best one first."""
     ranked: list[_Answer] = []
     for answer in sorted(answers, key=_value):
-        if not any(_same(answer.value, better.value) for better in ranked):
+        if not any(_same(answer.value, better.value, same) for better in ranked):
             ranked.append(answer)
     return ranked
 
@@ -325,7 +338,8 @@ def _compared(
     answers : those of the last mesh, then those of one that was too coarse. What the latter lead
         to may be better, and is what no search would have found.
     """
-    ranked, coarse = (_distinct(part) for part in answers)
+    same = _same_within(first_round.meshes)
+    ranked, coarse = (_distinct(part, same) for part in answers)
     if ranked and (len(ranked) + len(coarse) == 1 or ranked[0].dynamics <= _COMPARABLE):
         return ranked[0], last
 
@@ -345,7 +359,8 @@ def _compared(
         better, last = _refined(first_round, candidate, last)
         if better is not None:
             refined.append(better)
-        if last.outcome == "interrupted":
+        settled = _settled([answer.value for answer in refined], _AGREE, same)
+        if last.outcome == "interrupted" or settled:
             break
     return min(refined, key=_value, default=candidates[0]), last
 

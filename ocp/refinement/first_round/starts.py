@@ -127,8 +127,16 @@ def _usual_patience(answers: Sequence[NlpResult], *, confirms: bool) -> float:
     return max(least, times * float(np.median([answer.iterations for answer in answers])))
 
 
-def simulated(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
-    """Starting points from simulated motions, the same in every run."""
+def simulated(
+    meshes: MeshSolver, program: Transcription, count: int, most: float = inf
+) -> Iterator[StartingPoint]:
+    """Starting points from simulated motions, the same in every run.
+
+    Parameters
+    ----------
+    most : float
+        That one may miss its end and its limits by, in their sizes.
+    """
     from ocp.mesh.simulated_guess import simulated_guesses  # most problems need no other start
 
     guesses = simulated_guesses(
@@ -136,8 +144,10 @@ def simulated(meshes: MeshSolver, program: Transcription, count: int) -> Iterato
         meshes.parameters,
         initial_guess(meshes.problem, meshes.parameters),
         program.scales.signals,
+        program.scales.bounds,
         count,
         np.random.default_rng(0),
+        most,
     )
     for guess in guesses:
         yield _point(meshes, program, guess)
