@@ -211,7 +211,7 @@ def _criteria(
     broken: Mapping[str, float],
     stated: tuple[float, float] | None,
 ) -> tuple[Criterion, ...]:
-    held = [*_at_the_ends(study, found, ranges), *_within_reach(found)]
+    held = [*_at_the_ends(study, found, ranges, broken), *_within_reach(found)]
     if stated is not None:
         held.append(_duration(found, stated))
     drawn = broken_caps(study, {key: peak.value for key, peak in ranges.items()})
@@ -232,7 +232,10 @@ def _criteria(
 
 
 def _at_the_ends(
-    study: TrussStudy, found: TrussProfile, ranges: Mapping[str, PeakRange]
+    study: TrussStudy,
+    found: TrussProfile,
+    ranges: Mapping[str, PeakRange],
+    broken: Mapping[str, float],
 ) -> list[Criterion]:
     """From rest to rest between the right angles, within what the noise leaves open."""
     recovered = found.recovered
@@ -245,7 +248,7 @@ def _at_the_ends(
         miss = abs(float(ends.angle[place]) - angle)
         limit = PROFILE_MISS + recovered.deviation(time, 0) + float(found.rounding[-place])
         held.append(at_most(f"miss of the {word} angle", "rad", miss, limit))
-    most = _most(study, ranges)
+    most = _most(study, ranges, broken)
     rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
     if study.jerk_limited:  # else zero acceleration means nothing
         rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
@@ -261,22 +264,21 @@ def _at_the_ends(
     return held
 
 
-def _most(study: TrussStudy, ranges: Mapping[str, PeakRange]) -> tuple[Most, ...]:
-    """What a motion that keeps its caps does at most, or the drawn curve if there is no cap.
+def _most(
+    study: TrussStudy, ranges: Mapping[str, PeakRange], broken: Mapping[str, float]
+) -> tuple[Most, ...]:
+    """What the motion does at most: its caps, or if there is none or it is broken, as drawn.
 
     Without a limit on the jerk the acceleration may jump, and the drawn curve's jerk says nothing.
     """
     orders = {"acceleration": 2} | ({"jerk": 3} if study.jerk_limited else {})
-    caps = {name: cap_of(study, f"peak-{name}") for name in orders}
-    return tuple(
-        Most(
-            name,
-            f"rad/s^{order}",
-            order,
-            ranges[f"peak-{name}"].high if caps[name] is None else caps[name],
-        )
-        for name, order in orders.items()
-    )
+    found = []
+    for name, order in orders.items():
+        key = f"peak-{name}"
+        cap = None if key in broken else cap_of(study, key)
+        most = ranges[key].high if cap is None else cap
+        found.append(Most(name, f"rad/s^{order}", order, most))
+    return tuple(found)
 
 
 def _by_rows(
