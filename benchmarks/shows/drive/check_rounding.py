@@ -5,7 +5,7 @@ leaves them, with even or uneven times. The caps are the law's own peaks. None m
 A file whose times repeat once rounded is refused, and checked after the remedy that this names.
 Every third case keeps all digits, and one cap is 1 % below the peak: that cap has to be broken.
 Rows tell means of a jerk over three steps and no more: through 430 to 690 rows of a Bezier law,
-whose jerk falls from its peak at the start, another motion has a peak 2 to 3 % lower. So rows that
+whose jerk falls from its peak at the start, another one has a peak 2.2 to 3.5 % lower. So rows that
 are asked about a cap on the jerk are close enough for that mean to fall by less than 1 %.
 """
 
