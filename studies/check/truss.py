@@ -16,7 +16,7 @@ import numpy as np
 
 from models.laws import Law
 from ocp.arrays import Array
-from studies.check.ends import at_rest, end_rate
+from studies.check.ends import Most, at_rest, end_rate
 from studies.check.floors import (
     estimated_floors,
     exact_rows,
@@ -211,7 +211,7 @@ def _criteria(
     broken: Mapping[str, float],
     stated: tuple[float, float] | None,
 ) -> tuple[Criterion, ...]:
-    held = [*_at_the_ends(study, found, ranges), *_within_reach(found)]
+    held = [*_at_the_ends(study, found, ranges, broken), *_within_reach(found)]
     if stated is not None:
         held.append(_duration(found, stated))
     drawn = broken_caps(study, {key: peak.value for key, peak in ranges.items()})
@@ -232,7 +232,10 @@ def _criteria(
 
 
 def _at_the_ends(
-    study: TrussStudy, found: TrussProfile, ranges: Mapping[str, PeakRange]
+    study: TrussStudy,
+    found: TrussProfile,
+    ranges: Mapping[str, PeakRange],
+    broken: Mapping[str, float],
 ) -> list[Criterion]:
     """From rest to rest between the right angles, within what the noise leaves open."""
     recovered = found.recovered
@@ -245,13 +248,14 @@ def _at_the_ends(
         miss = abs(float(ends.angle[place]) - angle)
         limit = PROFILE_MISS + recovered.deviation(time, 0) + float(found.rounding[-place])
         held.append(at_most(f"miss of the {word} angle", "rad", miss, limit))
+    most = _most(study, ranges, broken)
     rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
     if study.jerk_limited:  # else zero acceleration means nothing
         rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
     for word, order, unit, values, key in rates:
         peak = ranges[key].value
         if not found.smooth and not found.stated:
-            held.append(_by_rows(found, word, order, unit, np.abs(values), REST * peak))
+            held.append(_by_rows(found, word, order, unit, np.abs(values), REST * peak, most))
             continue
         place = int(np.argmax(np.abs(values)))
         limit = REST * peak + recovered.deviation((0.0, duration)[place], order)
@@ -260,14 +264,37 @@ def _at_the_ends(
     return held
 
 
+def _most(
+    study: TrussStudy, ranges: Mapping[str, PeakRange], broken: Mapping[str, float]
+) -> tuple[Most, ...]:
+    """What the motion does at most: its caps, or if there is none or it is broken, as drawn.
+
+    Without a limit on the jerk the acceleration may jump, and the drawn curve's jerk says nothing.
+    """
+    orders = {"acceleration": 2} | ({"jerk": 3} if study.jerk_limited else {})
+    found = []
+    for name, order in orders.items():
+        key = f"peak-{name}"
+        cap = None if key in broken else cap_of(study, key)
+        most = ranges[key].high if cap is None else cap
+        found.append(Most(name, f"rad/s^{order}", order, most))
+    return tuple(found)
+
+
 def _by_rows(
-    found: TrussProfile, word: str, order: int, unit: str, drawn: Array, limit: float
+    found: TrussProfile,
+    word: str,
+    order: int,
+    unit: str,
+    drawn: Array,
+    limit: float,
+    most: tuple[Most, ...],
 ) -> Criterion:
-    """Rest at the worse end (2,) of exact rows: the curve between them alone breaks nothing."""
+    """Rest at the worse end (2,) by the rows: the curve between them alone breaks nothing."""
     time, angle, wrong = exact_rows(found)
     rates = [
-        end_rate(time, angle, wrong, order),
-        end_rate(time[::-1], angle[::-1], wrong[::-1], order),
+        end_rate(time, angle, wrong, order, most),
+        end_rate(time[::-1], angle[::-1], wrong[::-1], order, most),
     ]
     beyond = [max(abs(rate.value) - rate.wrong, 0.0) for rate in rates]
     place = int(np.argmax(beyond if max(beyond) > limit else drawn))

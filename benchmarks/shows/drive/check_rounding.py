@@ -2,7 +2,11 @@
 
 Two of three cases draw a truss, a law and how its rows are rounded: as a spreadsheet or a logger
 leaves them, with even or uneven times. The caps are the law's own peaks. None may be called broken.
+A file whose times repeat once rounded is refused, and checked after the remedy that this names.
 Every third case keeps all digits, and one cap is 1 % below the peak: that cap has to be broken.
+Rows tell means of a jerk over three steps and no more: through 430 to 690 rows of a Bezier law,
+whose jerk falls from its peak at the start, another one has a peak 2.2 to 3.5 % lower. So rows that
+are asked about a cap on the jerk are close enough for that mean to fall by less than 1 %.
 """
 
 from __future__ import annotations
@@ -41,6 +45,7 @@ LAWS = ("jerk-limited", "Bezier", "Step5", "constant-acceleration")
 DURATIONS = (5.0, 300.0)  # [s], log-uniform
 JERKS = (60.0, 1000.0)  # times 1/T^3, log-uniform
 ROWS = (150, 1000)
+ROWS_OF_JERK = (2000, 4000)  # over 1.5 of the steps a Bezier law's jerk falls by at most 0.75 %
 CLOSEST = 1e-3  # of the time between even rows: extra ones are no closer to these
 CAPS = {
     "speed": "peak-speed",
@@ -64,7 +69,7 @@ def question(seed: int, index: int) -> Question:
     rng = np.random.default_rng([seed, index])
     exceeds = index % 3 == 2
     law = str(rng.choice(LAWS[:3] if exceeds else LAWS))
-    return {
+    drawn: Question = {
         "law": law,
         "duration": float(f"{np.exp(rng.uniform(*np.log(DURATIONS))):.4g}"),
         "jerk": float(f"{np.exp(rng.uniform(*np.log(JERKS))):.4g}"),
@@ -78,6 +83,9 @@ def question(seed: int, index: int) -> Question:
         "exceeded": str(rng.choice(PROVEN)) if exceeds else "",
         "draw": int(rng.integers(2**31)),
     }
+    if drawn["exceeded"] == "jerk":
+        drawn["rows"] = int(np.exp(rng.uniform(*np.log(ROWS_OF_JERK))))
+    return drawn
 
 
 def answer(question: Question, folder: Path) -> Row:
@@ -91,7 +99,8 @@ def answer(question: Question, folder: Path) -> Row:
 
     deployment = _motion(question)
     path = folder / "rounded.csv"
-    path.write_text(_text(question, deployment), "utf-8")
+    text = _text(question, deployment)
+    path.write_text(text, "utf-8")
     exceeded = question["exceeded"]
     caps = {
         cap: deployment.values[key] * (1.0 + ROOM) / (1.0 + EXCESS if cap == exceeded else 1.0)
@@ -104,11 +113,13 @@ def answer(question: Question, folder: Path) -> Row:
         truss=deployment.truss,
         caps=Caps(**caps),
     )
+    refused = ""
     try:
         profile = read_profile(path)
     except StudyError as error:  # times that repeat once rounded
-        path.unlink()
-        return {"refused": str(error).replace(str(path), "FILE"), "broken": [], "misses": []}
+        refused = str(error).replace(str(path), "FILE")
+        path.write_text(_one_row_an_instant(text), "utf-8")
+        profile = read_profile(path)
 
     measured = moving_part(profile, asked=study.duration)
     study = dataclasses.replace(study, duration=measured.duration)
@@ -122,12 +133,18 @@ def answer(question: Question, folder: Path) -> Row:
         if cap in caps
     }
     return {
-        "refused": "",
+        "refused": refused,
         "broken": [titles[name] for name in failed if name in titles],
         "misses": [name for name in failed if name not in titles],
         "highest_low": max(lows.values()),
         "smoothed": result.details["noise"]["matters"],
     }
+
+
+def _one_row_an_instant(text: str) -> str:
+    """The same file with the first of the rows that have the same time: the remedy named."""
+    rows = {line.split(",")[0]: line for line in reversed(text.splitlines())}
+    return "\n".join(reversed(rows.values())) + "\n"
 
 
 def _has_peak(question: Question, cap: str) -> bool:
@@ -182,9 +199,9 @@ def tables(rows: Sequence[Row]) -> list[Table]:
     answered = [row for row in rows if not row["failure"]]
     rounded = [row for row in answered if not row["exceeded"]]
     exceeding = [row for row in answered if row["exceeded"]]
-    wrong = [row for row in rounded if row["broken"]]
+    wrong = [row for row in rounded if row["broken"] or row["misses"]]
     missed = [row for row in exceeding if row["exceeded"] not in row["broken"]]
-    false = [row for row in exceeding if set(row["broken"]) - {row["exceeded"]}]
+    false = [row for row in exceeding if set(row["broken"]) - {row["exceeded"]} or row["misses"]]
 
     head = ("case", "law", "column", "rows", "rounding", "exceeded", "called broken")
     cells = [
@@ -195,14 +212,20 @@ def tables(rows: Sequence[Row]) -> list[Table]:
             str(row["rows"]),
             " ".join(row["rounding"]),
             row["exceeded"] or "-",
-            ", ".join(row["broken"]) or "-",
+            ", ".join((*row["broken"], *row["misses"])) or "-",
         )
         for row in (*wrong, *missed, *false)
     ]
     lines = [
         ("answered", f"{len(answered)} of {len(rows)}"),
-        ("refused, as rounded times repeat", str(sum(bool(row["refused"]) for row in answered))),
-        ("rounded, a cap called broken that is kept", f"{len(wrong)} of {len(rounded)}"),
+        (
+            "refused at first, as rounded times repeat",
+            str(sum(bool(row["refused"]) for row in answered)),
+        ),
+        (
+            "rounded, a cap called broken that is kept",
+            f"{sum(bool(row['broken']) for row in rounded)} of {len(rounded)}",
+        ),
         (
             "rounded, another check failed",
             f"{sum(bool(row['misses']) for row in rounded)} of {len(rounded)}",
@@ -211,7 +234,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
             "in full digits, the exceeded cap called broken",
             f"{len(exceeding) - len(missed)} of {len(exceeding)}",
         ),
-        ("in full digits, another cap called broken", f"{len(false)} of {len(exceeding)}"),
+        ("in full digits, another check failed", f"{len(false)} of {len(exceeding)}"),
     ]
     made = [Table("in total", ("", "cases"), lines)]
     return [Table("not as they should be", head, cells), *made] if cells else made

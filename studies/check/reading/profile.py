@@ -201,14 +201,14 @@ def _check_times(table: RawTable, time: Array) -> None:
     row = int(bad[0]) + 1
     what = "repeats" if step[row - 1] == 0 else "falls behind"
     remedy = (
-        "keep one row an instant, and more digits if the times were rounded"
+        "keep one row an instant, or write the times with more digits if they were rounded"
         if step[row - 1] == 0
         else "sort the rows by time, and keep one run a file"
     )
     refuse(
         table.path,
         f"has the time {time[row]:.9g} s in {table.line_of(row)}, which {what} that of the row "
-        f"before ({bad.size} such rows); {remedy}",
+        f"before ({bad.size} such row{'s' * (bad.size > 1)}); {remedy}",
     )
 
 

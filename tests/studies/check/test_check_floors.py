@@ -20,6 +20,8 @@ from studies.truss.checks import broken_caps
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import COLUMNS, Deployment, columns_at
+from studies.truss.motions.laws import paper_laws
+from tests.studies.check.least_jerk import least_jerk
 
 T = 10.0
 JERK = 200 / T**3
@@ -147,3 +149,31 @@ def test_the_verdict_speaks_of_the_studys_objective(tmp_path: Path) -> None:
     assert sentence.startswith("yes, it keeps all")
     assert "peak rope force" in sentence
     assert "acceleration" not in sentence
+
+
+@pytest.mark.parametrize("rows_of_file", [429, 2001])
+def test_a_jerk_that_falls_fast_breaks_its_cap_only_if_close_rows_tell_it(
+    rows_of_file: int, tmp_path: Path
+) -> None:
+    """A cap 1 % below the peak, which a Bezier law has at its start alone.
+
+    Through fewer rows there is another motion, which keeps the cap and goes on as the law does.
+    """
+    bezier = next(one for one in paper_laws(TRUSS, T) if one.name == "Bezier")
+    time = np.linspace(0.0, T, rows_of_file)
+    angle = bezier.law.motion(time).angle
+    path, table = tmp_path / "a.csv", np.column_stack([time, angle])
+    np.savetxt(path, table, "%.17g", ",", header="time [s],angle [rad]", comments="")
+    cap = bezier.values["peak-jerk"] / 1.01
+    study = TrussStudy(minimise="energy", duration=T, truss=TRUSS, caps=Caps(jerk=cap))
+    result = check_truss(read_profile(path), study, optimum=False)
+    (jerk,) = [c for c in result.checks if c.name == "peak angular jerk"]
+
+    last = bezier.law.motion(time[[40]])
+    state = float(last.speed[0]), float(last.acceleration[0])
+    least = least_jerk(time[:41], angle[:41], end=state)
+    assert (least > cap) == (not jerk.passed) == (rows_of_file > 2000)
+    assert jerk.decided == (not jerk.passed)
+    # the proven floor is all that the rows tell
+    assert result.details["peaks"]["peak-jerk"]["low"] == pytest.approx(least, rel=1e-4)
+    assert all(c.passed for c in result.checks if " at the " in c.name)
