@@ -97,7 +97,7 @@ def _add_stop(parser: argparse.ArgumentParser) -> None:
     """A stop in the middle, and what follows it."""
     parser.add_argument("--stop-at", metavar="S", help="the motion, stopped safely from here [s]")
     parser.add_argument(
-        "--resume-at", metavar="S", help="from rest behind the stop from here to the end [s]"
+        "--resume-at", metavar="S", help="from rest after the stop from here to the end [s]"
     )
     parser.add_argument("--stop-within", metavar="S", help="time that the stop may take [s]")
 

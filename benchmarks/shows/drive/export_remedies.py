@@ -49,8 +49,13 @@ ROOM = (1.02, 1.5)  # times the motion's own value, of a cap or limit
 
 EXCESS = re.compile(r"([\d.e+]+) (% above|% short|times) (?:its limit|(?:of )?the cap)")
 PASSES = re.compile(r"remedy, played and found to pass: (.*)")
-BEST = re.compile(r"best of \d+ other tables that were played: (.*?)(?:, which keeps|; it leaves)")
-CAPS = re.compile(r"more room has a motion of the study with (.*)")
+# a message is parted at spaces, so that what it leaves may stand in further lines
+BEST = re.compile(
+    r"best of \d+ other tables that were played: (?P<words>.*?)(?P<kept>, which keeps.*?)?"
+    r";\s+it leaves (?P<left>.*?)(?=\n  (?:or:|more room|--within)|$)",
+    re.DOTALL,
+)
+CAPS = re.compile(r"more room has a motion of the study with ((?:caps\.\w+ = [\d.e+-]+[,\s]*)+)")
 AGAIN = "or: --within-limits"
 PLAIN = re.compile(r"Traceback|unforeseen|phase '")  # no user should see these
 
@@ -118,10 +123,8 @@ def answer(question: Question, folder: Path) -> Row:
         more, changed = _followed(found[1], drive)
         code, again = _exported(result_folder, changed, {**flags, **more}, folder / "second")
         clean = code == ExitCode.OK and "BEYOND" not in again
-        better = code == ExitCode.OK and (row["code"] != code or _worst(again) < _worst(text))
-        still = _worst(again) < _worst(text)
-        row |= {"named": "passes" if passes else "best", "after": again}
-        row["helped"] = clean if passes else bool(clean or better or still)
+        row |= {"named": "passes" if passes else "best", "after": again, "after_code": code}
+        row["helped"] = clean if best is None else _as_promised(best, code, again)
         drive, flags = changed, {**flags, **more}
     if caps := CAPS.search(text):
         said = row.get("after", text)
@@ -136,6 +139,15 @@ def answer(question: Question, folder: Path) -> Row:
         row |= {"again": code == ExitCode.OK, "again_says": again}
         row["plain"] = row["plain"] and not PLAIN.search(again)
     return row
+
+
+def _as_promised(best: re.Match[str], code: int, again: str) -> bool:
+    """Whether a table that is named as the best one leaves what the message says, and no more."""
+    left, said = (" ".join(words.split()) for words in (best["left"], again))
+    pieces = left.split("; ")
+    if code != ExitCode.OK:  # a refusal is about the limits of the drive alone
+        pieces = [piece for piece in pieces if piece.startswith("the ")]
+    return all(piece in said for piece in pieces) and _worst(again) <= _worst(left)
 
 
 def _study(question: Question, jerk: float | None = None) -> tuple[Result, dict[str, Any]]:

@@ -79,4 +79,4 @@ def test_a_file_says_what_its_positions_are_and_its_record_what_it_lacks(
     else:
         (reason,) = [line for line in said.splitlines() if "why values are missing" in line]
         assert "straight lines between points have no acceleration" in reason
-        assert "no value between the points of peak acceleration behind the loop" in said
+        assert "no value between the points of peak acceleration after the loop" in said
