@@ -129,14 +129,14 @@ def _export(options: argparse.Namespace, console: Console) -> ExitCode:
     content: str | bytes
     record: RoundTrip | None
     if options.to in ("segments", "c99"):
-        content, record = _curve(asked, drive, stated)
+        content, record = _curve(asked, drive, stated, console)
     elif options.to in ("csv", "json", "mat", "parquet"):
         content, record = _columns(asked, drive, stated, console)
     else:
         asked, content, record = _table(asked, drive, console)
     if record is not None and (exceeded := certain(record.beyond)):
         # a motion keeps its caps, and what was made of it here need not: that comes first
-        advice = _advice(asked, drive, record, console)
+        advice = _advice(asked, drive, record, console, stated=stated)
         said = "\n  and ".join(one.words for one in exceeded)
         console.complain(f"{FIRST_LINE}: {said}\n  it is written all the same{advice}")
     return _hand_over(content, record, options, console)
@@ -241,33 +241,29 @@ def _planned_again(
     raise _refusal(again, tried + _advice(asked, drive, again, console))
 
 
-def _advice(asked: Asked, drive: Drive, record: RoundTrip, console: Console) -> str:
+def _advice(
+    asked: Asked, drive: Drive, record: RoundTrip, console: Console, *, stated: bool = True
+) -> str:
     """Why a table breaks limits or caps, and another one that was played and does not."""
     from studies.export.remedies import advice_on
 
-    if asked.options.to in ("segments", "c99"):  # what samples them is not known here
-        return "; study the motion with lower caps, or raise the limits of the drive"
+    if asked.options.to == "c99" and asked.options.real == "float":
+        return ""  # what these numbers add is not played with other values
     console.progress("playing other tables, to find one that keeps limits and caps")
-    return advice_on(asked, drive, record, console.live)
+    # what samples a curve is known if a drive is stated
+    sampled = stated or asked.options.to not in ("segments", "c99")
+    return advice_on(asked, drive, record, console.live, sampled=sampled)
 
 
 def _written(asked: Asked, course: Course, drive: Drive, console: Console) -> tuple[str, RoundTrip]:
     from studies.export.beyond_caps import beyond_in_words
-    from studies.export.formats import TABLES
 
-    form, about = TABLES[asked.options.to], _about(asked.source, course, asked.options)
-    points = asked.points(course, drive)
+    about, points = _about(asked.source, course, asked.options), asked.points(course, drive)
     _told(console, "writing, reading back and playing", len(points.times))
-    content = form.write(points, about, drive.ropes)
-
-    # what was written is what the drive gets, its digits included
-    count = drive.count(course.unit) if form.counts else None
-    again = form.read(content, count)
-    if form.relative:  # the axis stands where the table begins
-        again = dataclasses.replace(again, positions=again.positions + points.positions[0])
+    content, again = asked.written(points, course, drive, about)
     record = asked.played(again, course, drive)
     if beyond := beyond_in_words(record.beyond):
-        content = form.write(points, beyond | about, drive.ropes)
+        content, _ = asked.written(points, course, drive, beyond | about)
     return content, record
 
 
@@ -277,7 +273,7 @@ def _refusal(record: RoundTrip, remedy: str) -> StudyError:
     return StudyError(f"the export is refused: {first}{more}{remedy}", ExitCode.NOT_VERIFIED)
 
 
-def _curve(asked: Asked, drive: Drive, stated: bool) -> tuple[str, RoundTrip]:
+def _curve(asked: Asked, drive: Drive, stated: bool, console: Console) -> tuple[str, RoundTrip]:
     """Polynomial segments, played from their own values at the drive's period."""
     from studies.drive.course import DRUM, polynomial_course
     from studies.drive.setpoints import sampled, uniform_times
@@ -321,7 +317,7 @@ def _curve(asked: Asked, drive: Drive, stated: bool) -> tuple[str, RoundTrip]:
     else:
         record = itself(course, drive, truss, result)
     if record.breaches:
-        raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
+        raise _refusal(record, _advice(asked, drive, record, console, stated=stated))
     miss = {f"largest miss of the curve [{segments.unit}]": segments.error}
     record = dataclasses.replace(record, values={**miss, **record.values})
     return written(beyond_in_words(record.beyond)), record

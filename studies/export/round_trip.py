@@ -65,7 +65,7 @@ class Breach:
         if math.isnan(self.value):
             return (
                 f"the {self.name} has no bound between the points, but its limit is "
-                f"{self.limit:g} {self.unit}; state drive.bandwidth or another interpolation"
+                f"{self.limit:g} {self.unit}"
             )
         return (
             f"the {self.name} is {self.value:.6g} {self.unit} at {self.time:.6g} s, "
