@@ -158,7 +158,7 @@ class Asked:
     def _record(self, course: Course, drive: Drive, digits: bool) -> RoundTrip:
         points = self.points(course, drive)
         if digits and self.options.to in TABLES:
-            _, points = self.written(points, course, drive, {})
+            _, points = self.written(points, course, drive, {"unit": course.unit})
         return self.played(points, course, drive)
 
     def _time(self, flag: str) -> float:
