@@ -52,6 +52,10 @@ class Asked:
             points = whole(2)("--points", as_number(self.options.points))
         return Spacing(self.positive("step"), points)
 
+    def kind(self, drive: Drive) -> str:
+        """The interpolation between the points of a table."""
+        return TABLES[self.options.to].interpolation or drive.interpolation
+
     def changed(self, flags: Mapping[str, str]) -> Asked:
         """The same with other flags; of a step and a number of points the new one holds."""
         spaced = {"step": None, "points": None} if {"step", "points"} & set(flags) else {}

@@ -178,6 +178,8 @@ def _drive(result: Result, options: argparse.Namespace) -> tuple[Drive, bool]:
 
 def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, RoundTrip]:
     """The table of a drive, read back and played; optimised again where that is asked for."""
+    from studies.export.remedies import PASSES
+
     course = asked.course(drive)
     content, record = _written(asked, course, drive, console)
     if not record.breaches:
@@ -187,9 +189,9 @@ def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, Ro
     rope = asked.source.truss is not None and course.signal != "angle"
     if not (asked.options.within_limits and rope):
         advice = _advice(asked, drive, record, console)
-        if rope:
-            advice += "\n  or: --within-limits, which optimises the motion again inside the limits"
-        elif asked.options.within_limits:
+        if rope and PASSES not in advice and _leaves_room(asked, course, drive):
+            advice += "\n  or try --within-limits, which looks for another motion inside the limits"
+        elif not rope and asked.options.within_limits:
             advice += "\n  --within-limits is for the rope of a truss only"
         raise _refusal(record, advice)
     try:
@@ -201,19 +203,28 @@ def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, Ro
         raise StudyError(f"{error}{advice}", error.exit_code) from error
 
 
+def _leaves_room(asked: Asked, course: Course, drive: Drive) -> bool:
+    """Whether limits are left for another motion, less what a table adds."""
+    from studies.export.within_limits import lowered
+
+    try:
+        lowered(course, asked.points(course, drive), drive, asked.kind(drive))
+    except StudyError:
+        return False
+    return True
+
+
 def _optimised_again(
     asked: Asked, course: Course, drive: Drive, record: RoundTrip, console: Console
 ) -> tuple[Asked, str, RoundTrip]:
     """The table of another motion, which leaves room in the limits for what a table adds."""
     from studies.export.asked import Asked
-    from studies.export.formats import TABLES
     from studies.export.source import with_law
     from studies.export.within_limits import law_within, lowered, nearer
 
-    kind = TABLES[asked.options.to].interpolation or drive.interpolation
     inside, tension = drive, 0.0
     for _ in range(ROUNDS):  # what a table adds depends on its motion
-        limits = lowered(course, asked.points(course, drive), inside, kind)
+        limits = lowered(course, asked.points(course, drive), inside, asked.kind(drive))
         console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
         tension += MORE_TENSION * record.push
         law = law_within(asked.source.result, drive, limits, tension)

@@ -40,6 +40,8 @@ SLOWER = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)  # times the speed of the way 
 TWICE = 2.0  # what a table exceeds: so much less a cap has to be, for it changes with the motion
 LEAST_SHARE = 0.3  # of a cap that is still worth another run
 
+PASSES = "remedy, played and found to pass"
+
 Flags = Mapping[str, str]  # of the command, by their names in its options
 Keys = Mapping[str, str | float]  # of the drive
 Play = Callable[[Flags, Keys], RoundTrip]
@@ -156,7 +158,7 @@ def _best(
                 continue
             tried += 1
             if worst(found) == 0.0:
-                return f"\n  remedy, played and found to pass: {table.words}"
+                return f"\n  {PASSES}: {table.words}"
             if (bool(found.breaches), worst(found)) < (bool(best.breaches), LESS * worst(best)):
                 best, words = found, table.words
         if words and not best.breaches and worst(best) <= LITTLE:

@@ -58,7 +58,7 @@ BEST = re.compile(
 )
 CAPS = re.compile(r"more room has a motion of the study with ((?:caps\.\w+ = [\d.e+-]+[,\s]*)+)")
 LONGER = re.compile(r"allow more time, as --stop-within ([\d.e+-]+),")
-AGAIN = "or: --within-limits"
+AGAIN = "or try --within-limits"
 PLAIN = re.compile(r"Traceback|unforeseen|phase '")  # no user should see these
 
 

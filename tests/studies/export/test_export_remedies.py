@@ -37,6 +37,7 @@ def test_rounding_is_named_and_the_step_that_was_played_passes(
     found = re.search(r"remedy, played and found to pass: --step ([\d.]+)\n", said)
     assert found is not None
     assert float(found[1]) > 0.005  # a shorter one would make it worse
+    assert "--within-limits" not in said  # no other motion is needed
     assert export(folder, *words, "--step", found[1]) == 0
 
 
