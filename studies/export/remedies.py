@@ -13,6 +13,7 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from studies.common.exit_codes import StudyError
 from studies.drive.course import Course
@@ -43,7 +44,7 @@ LEAST_SHARE = 0.3  # of a cap that is still worth another run
 PASSES = "remedy, played and found to pass"
 
 Flags = Mapping[str, str]  # of the command, by their names in its options
-Keys = Mapping[str, str | float]  # of the drive
+Keys = Mapping[str, Any]  # of the drive
 Play = Callable[[Flags, Keys], RoundTrip]
 
 
