@@ -70,7 +70,7 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
         )
     if refinement.lower is not None and adapts:
         yield (
-            f"it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none was "
+            f"it is a saddle point: a nearby motion reaches {refinement.lower:.6g}, but none was "
             "found there that meets the dynamics and all limits between its points"
         )
     yield from (far.sentence for far in islice(roomy_sizes(iterate), 1))

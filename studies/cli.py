@@ -62,16 +62,16 @@ COMMANDS: Mapping[str, Command] = {
         "a motion of the supporting arm that leaves it still",
         "studies.arm.command",
         "Finds a motion of the flexible arm that rests at both ends, elastic coordinates "
-        "included, and replays it on the full ANCF model, beside the paper's laws.",
+        "included, and replays it on the full ANCF model, as it does the paper's laws.",
         arguments="solve.add_arguments",
         run="solve.run",
         loads="studies.arm.study",
     ),
     "arm baselines": Command(
-        "an optimum of no higher peak torque beside each law",
+        "for each law an optimum of no higher peak torque",
         "studies.arm.command",
-        "Replays the paper's laws, a linear torque and shaped ones, and finds an optimum of no "
-        "higher peak torque beside each.",
+        "Replays the paper's laws, a linear torque and shaped ones, and finds for each an "
+        "optimum of no higher peak torque.",
         arguments="baselines.add_arguments",
         run="baselines.run",
         loads="studies.arm.study",
@@ -114,9 +114,9 @@ COMMANDS: Mapping[str, Command] = {
         "what less of one objective of the truss costs in another",
         "studies.pareto.command",
         "Finds the front of two objectives of the truss: the least of one under each limit on the "
-        "other, from both ends, with prices, knee and gaps, beside proven bounds and the paper's "
-        "laws. Of three objectives it is a surface, found slice by slice. Every point is a "
-        "verified motion.",
+        "other, from both ends, with prices, knee and gaps, and compares it with proven bounds "
+        "and the paper's laws. Of three objectives it is a surface, found slice by slice. Every "
+        "point is a verified motion.",
         loads="studies.pareto.study",
     ),
     "pareto arm": Command(
@@ -141,7 +141,7 @@ COMMANDS: Mapping[str, Command] = {
         loads="studies.robust.study",
     ),
     "robust arm": Command(
-        "a motion of the arm that stands a spread of stiffness or tip mass",
+        "a motion of the arm that withstands a spread of stiffness or tip mass",
         "studies.arm.command",
         "Finds the motion of least peak torque of one arm, and two that leave arms of other "
         "stiffness (torque drive) or stiffness and tip mass (angle drive) as still as can be: "
@@ -173,8 +173,8 @@ COMMANDS: Mapping[str, Command] = {
         "studies.check.command",
         "Reads the profile in whatever dialect it is written, estimates its noise and smooths it "
         "if there is any, evaluates it between its rows on the model of the truss or of the arm, "
-        "and sets it beside the optimum of the same duration and caps and the paper's laws. Names "
-        "every check and cap that fails, by how much, and when.",
+        "and compares it with the optimum of the same duration and caps and the paper's laws. "
+        "Names every check and cap that fails, by how much, and when.",
         loads="studies.truss.study",
     ),
     "report": Command(
@@ -182,7 +182,7 @@ COMMANDS: Mapping[str, Command] = {
         "studies.report.command",
         "Prints what a result says, and writes it as one page that opens offline: answer, "
         "verdict, costs, curves, the antenna in motion, tables, exact input. With two folders the "
-        "page sets them beside each other. Nothing is solved, but by --gallery.",
+        "page compares them. Nothing is solved, but by --gallery.",
     ),
     "export": Command(
         "the motion of a results folder as a table or a polynomial that a drive takes",
@@ -192,7 +192,7 @@ COMMANDS: Mapping[str, Command] = {
         "through its loop and replayed on the truss. Exit code 5 if that breaks a limit.",
     ),
     "paper": Command(
-        "every number and figure of the paper beside ours",
+        "every number and figure of the paper compared with ours",
         "studies.paper.command",
         "Recomputes every number, table, formula and figure of the paper's text with our models: "
         "printed value, ours, the difference, and a verdict in each row. Exit code 5 if what a "

@@ -54,7 +54,7 @@ def check_before_solve(problem: Problem, parameters: Parameters) -> None:
             warnings.warn(
                 f"phase '{second.name}' begins {where}, and both have the state '{shared}', but "
                 "nothing links them; add links=joined(first, second) with these phases, or give "
-                f"'{shared}' an initial value in '{second.name}' if it begins anew",
+                f"'{shared}' an initial value in '{second.name}' if it starts afresh",
                 StatementWarning,
                 stacklevel=3,
             )

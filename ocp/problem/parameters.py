@@ -138,7 +138,7 @@ def _check_prices(problem: Problem, values: Array) -> None:
             raise StatementError(
                 f"with {given} a larger '{control.name}' no longer costs in problem "
                 f"'{problem.name}', but as it was stated it did; declare the constants with values "
-                "of these signs, and state the problem anew"
+                "of these signs, and state the problem again"
             )
 
 

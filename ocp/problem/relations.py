@@ -101,7 +101,7 @@ def _sides(relation: Any, where: str) -> tuple[ca.SX, ca.SX, str]:
     if expression.is_constant():
         raise StatementError(
             f"a bound of {where} {'always' if float(expression) else 'never'} holds, whatever the "
-            "values in it; remove it or mend it"
+            "values in it; remove or correct it"
         )
     sign = None if expression.is_symbolic() else _SIGNS.get(expression.op())
     if sign is None:

@@ -71,7 +71,8 @@ class FarOrigin:
         return (
             f"'{self.state}' in phase '{self.phase}' is off by {self.error:.1e} of its "
             f"displacement of {with_unit(f'{self.displacement:.3g}', self.unit)}, which is too "
-            f"small beside the value of '{self.of}': measure '{self.of}' from a nearer origin"
+            f"small compared with the value of '{self.of}': measure '{self.of}' from a nearer "
+            "origin"
         )
 
 

@@ -53,7 +53,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
                 promised,
                 allowed.crossings,
                 "what moving one by 1 % of the phase promises to gain, relative to the objective, "
-                "by the Hamiltonian's means before and behind it: if it is more than allowed, a "
+                "by the Hamiltonian's means before and after it: if it is more than allowed, a "
                 "breakpoint may hold the crossing at a wrong time; solve again with another number "
                 "of intervals, and compare",
             )

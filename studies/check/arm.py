@@ -356,7 +356,7 @@ def _beside(study: ArmStudy, console: Console, optimum: bool) -> tuple[list[Lock
             found.append(best.replay("torque", elements=study.elements, modes=study.modes))
             remark = "optimum: the smoothest motion under the same caps, local"
         except (StudyError, ModelError) as error:
-            remark = f"no optimum stands beside the profile: {error}"
+            remark = f"the profile is compared with no optimum: {error}"
     laws = {law.name: law for law in baselines(stage.duration, SHAPER / stage.duration)}
     found += [replay_law(stage, laws[name], "torque") for name in LAWS]
     if found and optimum and found[0].motion.name not in LAWS:

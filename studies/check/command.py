@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="WHAT=HEADER:UNIT",
         help="which column is time, angle, rope_length, root_angle, elbow_angle, root_torque or "
-        "elbow_torque, by header or number from 1, with its unit behind a colon, e.g. "
+        "elbow_torque, by header or number from 1, with its unit after a colon, e.g. "
         "'angle=Winkel:deg'; 'time=row:0.01 s' counts rows; may be repeated",
     )
     for word in ("from", "to"):
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "file [s]; else rest that was recorded is found",
         )
     parser.add_argument(
-        "--no-optimum", action="store_true", help="leave out the optimum beside the profile"
+        "--no-optimum", action="store_true", help="compare the profile with no optimum"
     )
 
     add_truss_flags(parser)
@@ -138,7 +138,7 @@ def _ask_truss(
         aims = LEAST_BY_DEFAULT
         console.say(
             f"the study asks for the least time, and the profile takes {measured.duration:g} s: "
-            f"beside it stands the least {LEAST_BY_DEFAULT} in that time"
+            f"it is compared with the least {LEAST_BY_DEFAULT} in that time"
         )
     study = stated_study({**raw, "minimise": aims, "duration": measured.duration}, console)
     result = check_truss(measured, study, stated, console, optimum=not options.no_optimum)

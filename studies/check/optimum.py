@@ -30,7 +30,7 @@ def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, 
         search.check()
         best = search.run()
     except StudyError as error:
-        return None, f"no optimum stands beside the profile: {error}"
+        return None, f"the profile is compared with no optimum: {error}"
     return (
         best.deployment,
         f"optimum: least {', then '.join(study.objectives)}, {best.verdict.kind}",

@@ -144,7 +144,7 @@ def _check_range(measured: MeasuredProfile, angle: Array) -> None:
         refuse(
             measured.path,
             f"has angles from {math.degrees(low):.4g} to {math.degrees(high):.4g} deg, but the "
-            "truss opens to 90 deg; mend the column or its unit",
+            "truss opens to 90 deg; correct the column or its unit",
         )
     if angle[-1] <= angle[0]:
         refuse(
@@ -193,7 +193,7 @@ def _refuse_lengths(
             f"{longest:.6g} m less the length hauled in"
         )
     if not hint:
-        hint = "; one rope is meant; state the truss that it belongs to, or mend the column"
+        hint = "; one rope is meant; state the truss that it belongs to, or correct the column"
     refuse(
         measured.path,
         f"has rope lengths from {low:.6g} to {high:.6g} m, but the rope of this truss is "

@@ -304,6 +304,6 @@ def _remarks(made: Codesign) -> list[str]:
     if not made.found.exact:
         remarks.append(
             f"The search ended before the best start was solved to its last digits: its {title} is "
-            f"the least to {ROUGH:g} of it, and the design as good as that."
+            f"within about {ROUGH:g} of the least, relative to it."
         )
     return [*remarks, *(price.sentence for price in made.prices)]

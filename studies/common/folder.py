@@ -120,7 +120,7 @@ def unwritable(folder: Path, error: OSError, again: str) -> StudyError:
     """The sentence for a disk that is full or a folder that is read-only."""
     return StudyError(
         f"the results folder {folder} cannot be written ({error.strerror}); what was written until "
-        f"then is kept: make room or mend its rights, and {again}",
+        f"then is kept: free some space or correct its permissions, and {again}",
         ExitCode.NO_RESULTS_FOLDER,
     )
 

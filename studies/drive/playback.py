@@ -158,7 +158,7 @@ def loop_of(drive: Drive) -> Loop | None:
 
 
 def filtered_bound(course: Course, points: SetPoints, kind: str, loop: Loop) -> float:
-    """The most that the acceleration behind the loop can be.
+    """The most that the acceleration after the loop can be.
 
     What the course and its interpolation have is magnified by at most the loop's overshoot. What
     rounding adds is bounded twice, by the acceleration and by the position that it disturbs.

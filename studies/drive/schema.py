@@ -153,8 +153,8 @@ class Drive:
     tension_ramp: float | None = optional_key(
         positive,
         "s",
-        "over which the tension behind that stretch is averaged, twice; none: ten periods, or a "
-        "twentieth of the motion if that is less",
+        "over which the tension that causes that stretch is averaged, twice; none: ten periods, or "
+        "a twentieth of the motion if that is less",
     )
     start_dwell: float = key(not_negative, "s", "rest before the motion", default=0.0)
     end_dwell: float = key(not_negative, "s", "rest after the motion", default=0.0)

@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.rounding import up
 from studies.drive.course import Course, polynomial_course
 from studies.drive.schema import Drive
 
 BISECTIONS = 200
+MORE = 2.0  # times the least time of a stop: the least one has jumps of the acceleration
 RESTING = 1e-9  # of the peak speed: below it nothing has to be stopped
 
 Phases = tuple[tuple[float, float], ...]  # (duration, jerk) one after the other
@@ -128,9 +130,14 @@ def least_jerk_stop(
     while drive.jerk is None and not fits(high) and high < 1e12:
         high *= 10
     if not fits(high):
+        fastest = _stop_phases(speed, acceleration, high, most) or ()
+        needed, distance = _time_and_travel(speed, acceleration, fastest)
+        remedy = "stop at an earlier time"
+        if fastest and distance <= travel:
+            remedy = f"allow more time, as --stop-within {up(MORE * needed, 3)}"
         raise StudyError(
             f"no stop within the drive's limits of acceleration and jerk ends within {time:.4g} s "
-            f"and {travel:.4g} {unit} of travel; allow more time, or raise these limits",
+            f"and {travel:.4g} {unit} of travel; {remedy}, or raise these limits",
             ExitCode.INFEASIBLE,
         )
     low = 0.0

@@ -40,7 +40,7 @@ def felt(
 
     Parameters
     ----------
-    output, exact : the rope behind the loop, of the rounded table and of the same without rounding.
+    output, exact : the rope after the loop, of the rounded table and of the same without rounding.
     times : of the table (m,) [s].
     """
     edges = times

@@ -52,6 +52,10 @@ class Asked:
             points = whole(2)("--points", as_number(self.options.points))
         return Spacing(self.positive("step"), points)
 
+    def kind(self, drive: Drive) -> str:
+        """The interpolation between the points of a table."""
+        return TABLES[self.options.to].interpolation or drive.interpolation
+
     def changed(self, flags: Mapping[str, str]) -> Asked:
         """The same with other flags; of a step and a number of points the new one holds."""
         spaced = {"step": None, "points": None} if {"step", "points"} & set(flags) else {}
@@ -105,13 +109,32 @@ class Asked:
         source = self.source
         return round_trip(course, points, drive, kind, source.truss, source.result, self.partial)
 
-    def tried(self, drive: Drive) -> RoundTrip:
-        """The record of what is asked for; of a stop, planned so that its table keeps limits."""
-        course = self.course(drive)
-        record = self.played(self.points(course, drive), course, drive)
-        return self.planned_inside(drive, record)[1] if self.partial else record
+    def written(
+        self, points: SetPoints, course: Course, drive: Drive, about: Mapping[str, str]
+    ) -> tuple[str, SetPoints]:
+        """The text of a table, and its points as the drive reads them, their digits included."""
+        form = TABLES[self.options.to]
+        content = form.write(points, about, drive.ropes)
+        again = form.read(content, drive.count(course.unit) if form.counts else None)
+        if form.relative:  # the axis stands where the table begins
+            again = dataclasses.replace(again, positions=again.positions + points.positions[0])
+        return content, again
 
-    def planned_inside(self, drive: Drive, record: RoundTrip) -> tuple[Drive, RoundTrip]:
+    def tried(self, drive: Drive, *, digits: bool = True) -> RoundTrip:
+        """The record of what is asked for; of a stop, planned so that its table keeps limits.
+
+        Parameters
+        ----------
+        digits : whether points count as they are written.
+        """
+        record = self._record(self.course(drive), drive, digits)
+        if not self.partial or self.options.to not in TABLES:
+            return record
+        return self.planned_inside(drive, record, digits=digits)[1]
+
+    def planned_inside(
+        self, drive: Drive, record: RoundTrip, *, digits: bool = True
+    ) -> tuple[Drive, RoundTrip]:
         """Lower limits for the plan of a stop, and the record of its table.
 
         Such a course rides its limit. What interpolation, rounding and the loop add comes on top,
@@ -133,8 +156,14 @@ class Asked:
                 course = self.course(inside)
             except StudyError:  # the lower limits leave no such course
                 break
-            record = self.played(self.points(course, drive), course, drive)
+            record = self._record(course, drive, digits)
         return inside, record
+
+    def _record(self, course: Course, drive: Drive, digits: bool) -> RoundTrip:
+        points = self.points(course, drive)
+        if digits and self.options.to in TABLES:
+            _, points = self.written(points, course, drive, {"unit": course.unit})
+        return self.played(points, course, drive)
 
     def _time(self, flag: str) -> float:
         return finite(_typed(flag), as_number(getattr(self.options, flag)))

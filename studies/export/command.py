@@ -97,7 +97,7 @@ def _add_stop(parser: argparse.ArgumentParser) -> None:
     """A stop in the middle, and what follows it."""
     parser.add_argument("--stop-at", metavar="S", help="the motion, stopped safely from here [s]")
     parser.add_argument(
-        "--resume-at", metavar="S", help="from rest behind the stop from here to the end [s]"
+        "--resume-at", metavar="S", help="from rest after the stop from here to the end [s]"
     )
     parser.add_argument("--stop-within", metavar="S", help="time that the stop may take [s]")
 
@@ -129,14 +129,14 @@ def _export(options: argparse.Namespace, console: Console) -> ExitCode:
     content: str | bytes
     record: RoundTrip | None
     if options.to in ("segments", "c99"):
-        content, record = _curve(asked, drive, stated)
+        content, record = _curve(asked, drive, stated, console)
     elif options.to in ("csv", "json", "mat", "parquet"):
         content, record = _columns(asked, drive, stated, console)
     else:
         asked, content, record = _table(asked, drive, console)
     if record is not None and (exceeded := certain(record.beyond)):
         # a motion keeps its caps, and what was made of it here need not: that comes first
-        advice = _advice(asked, drive, record, console)
+        advice = _advice(asked, drive, record, console, stated=stated)
         said = "\n  and ".join(one.words for one in exceeded)
         console.complain(f"{FIRST_LINE}: {said}\n  it is written all the same{advice}")
     return _hand_over(content, record, options, console)
@@ -178,6 +178,8 @@ def _drive(result: Result, options: argparse.Namespace) -> tuple[Drive, bool]:
 
 def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, RoundTrip]:
     """The table of a drive, read back and played; optimised again where that is asked for."""
+    from studies.export.remedies import PASSES
+
     course = asked.course(drive)
     content, record = _written(asked, course, drive, console)
     if not record.breaches:
@@ -187,9 +189,9 @@ def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, Ro
     rope = asked.source.truss is not None and course.signal != "angle"
     if not (asked.options.within_limits and rope):
         advice = _advice(asked, drive, record, console)
-        if rope:
-            advice += "\n  or: --within-limits, which optimises the motion again inside the limits"
-        elif asked.options.within_limits:
+        if rope and PASSES not in advice and _leaves_room(asked, course, drive):
+            advice += "\n  or try --within-limits, which looks for another motion inside the limits"
+        elif not rope and asked.options.within_limits:
             advice += "\n  --within-limits is for the rope of a truss only"
         raise _refusal(record, advice)
     try:
@@ -201,19 +203,28 @@ def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, Ro
         raise StudyError(f"{error}{advice}", error.exit_code) from error
 
 
+def _leaves_room(asked: Asked, course: Course, drive: Drive) -> bool:
+    """Whether limits are left for another motion, less what a table adds."""
+    from studies.export.within_limits import lowered
+
+    try:
+        lowered(course, asked.points(course, drive), drive, asked.kind(drive))
+    except StudyError:
+        return False
+    return True
+
+
 def _optimised_again(
     asked: Asked, course: Course, drive: Drive, record: RoundTrip, console: Console
 ) -> tuple[Asked, str, RoundTrip]:
     """The table of another motion, which leaves room in the limits for what a table adds."""
     from studies.export.asked import Asked
-    from studies.export.formats import TABLES
     from studies.export.source import with_law
     from studies.export.within_limits import law_within, lowered, nearer
 
-    kind = TABLES[asked.options.to].interpolation or drive.interpolation
     inside, tension = drive, 0.0
     for _ in range(ROUNDS):  # what a table adds depends on its motion
-        limits = lowered(course, asked.points(course, drive), inside, kind)
+        limits = lowered(course, asked.points(course, drive), inside, asked.kind(drive))
         console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
         tension += MORE_TENSION * record.push
         law = law_within(asked.source.result, drive, limits, tension)
@@ -241,33 +252,29 @@ def _planned_again(
     raise _refusal(again, tried + _advice(asked, drive, again, console))
 
 
-def _advice(asked: Asked, drive: Drive, record: RoundTrip, console: Console) -> str:
+def _advice(
+    asked: Asked, drive: Drive, record: RoundTrip, console: Console, *, stated: bool = True
+) -> str:
     """Why a table breaks limits or caps, and another one that was played and does not."""
     from studies.export.remedies import advice_on
 
-    if asked.options.to in ("segments", "c99"):  # what samples them is not known here
-        return "; study the motion with lower caps, or raise the limits of the drive"
+    if asked.options.to == "c99" and asked.options.real == "float":
+        return ""  # what these numbers add is not played with other values
     console.progress("playing other tables, to find one that keeps limits and caps")
-    return advice_on(asked, drive, record, console.live)
+    # what samples a curve is known if a drive is stated
+    sampled = stated or asked.options.to not in ("segments", "c99")
+    return advice_on(asked, drive, record, console.live, sampled=sampled)
 
 
 def _written(asked: Asked, course: Course, drive: Drive, console: Console) -> tuple[str, RoundTrip]:
     from studies.export.beyond_caps import beyond_in_words
-    from studies.export.formats import TABLES
 
-    form, about = TABLES[asked.options.to], _about(asked.source, course, asked.options)
-    points = asked.points(course, drive)
+    about, points = _about(asked.source, course, asked.options), asked.points(course, drive)
     _told(console, "writing, reading back and playing", len(points.times))
-    content = form.write(points, about, drive.ropes)
-
-    # what was written is what the drive gets, its digits included
-    count = drive.count(course.unit) if form.counts else None
-    again = form.read(content, count)
-    if form.relative:  # the axis stands where the table begins
-        again = dataclasses.replace(again, positions=again.positions + points.positions[0])
+    content, again = asked.written(points, course, drive, about)
     record = asked.played(again, course, drive)
     if beyond := beyond_in_words(record.beyond):
-        content = form.write(points, beyond | about, drive.ropes)
+        content, _ = asked.written(points, course, drive, beyond | about)
     return content, record
 
 
@@ -277,7 +284,7 @@ def _refusal(record: RoundTrip, remedy: str) -> StudyError:
     return StudyError(f"the export is refused: {first}{more}{remedy}", ExitCode.NOT_VERIFIED)
 
 
-def _curve(asked: Asked, drive: Drive, stated: bool) -> tuple[str, RoundTrip]:
+def _curve(asked: Asked, drive: Drive, stated: bool, console: Console) -> tuple[str, RoundTrip]:
     """Polynomial segments, played from their own values at the drive's period."""
     from studies.drive.course import DRUM, polynomial_course
     from studies.drive.setpoints import sampled, uniform_times
@@ -321,7 +328,7 @@ def _curve(asked: Asked, drive: Drive, stated: bool) -> tuple[str, RoundTrip]:
     else:
         record = itself(course, drive, truss, result)
     if record.breaches:
-        raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
+        raise _refusal(record, _advice(asked, drive, record, console, stated=stated))
     miss = {f"largest miss of the curve [{segments.unit}]": segments.error}
     record = dataclasses.replace(record, values={**miss, **record.values})
     return written(beyond_in_words(record.beyond)), record

@@ -2,23 +2,26 @@
 
 Rounded positions are divided by the step squared: a shorter step makes that worse, and a longer one
 makes the interpolation worse. Which of the two it is, and which step is right, no rule says. So
-other steps, numbers of points and encoders are tried, and the first table that passes is named.
+other steps, numbers of points, interpolations and encoders are tried, and the first table that
+passes is named.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from studies.common.exit_codes import StudyError
 from studies.drive.course import Course
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
 from studies.export.asked import Asked
-from studies.export.formats import TABLES
-from studies.export.round_trip import RoundTrip, itself
+from studies.export.formats import CURVES, NEEDED, TABLES
+from studies.export.round_trip import Breach, RoundTrip, itself
 from studies.truss.limits.caps import CAPPED
 
 STEPS = (1.0, 2.0, 5.0)  # times a power of ten [s]
@@ -27,7 +30,8 @@ POINTS = tuple(round(2 ** (k / 2)) for k in range(7, 24))  # 11 to 2896
 MOST = 20_000  # points of a table that is tried: each takes a moment
 EXACT = 2**30  # counts a turn that round nothing off
 COUNTS = 2**24  # the finest encoder that is tried, a turn
-OTHERS = 4  # spacings that are tried with each encoder
+OTHERS = 4  # spacings that are tried with each encoder and each interpolation
+SMOOTH = ("spline", "hermite", "quintic")  # interpolations without jumps of the speed
 HALF = 0.5  # of what is exceeded: what makes more of it is its cause
 ROUNDING, INTERPOLATION = "rounding", "interpolation"
 LITTLE = 0.25  # of a cap: what a table may leave before another encoder is tried
@@ -37,8 +41,11 @@ SLOWER = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)  # times the speed of the way 
 TWICE = 2.0  # what a table exceeds: so much less a cap has to be, for it changes with the motion
 LEAST_SHARE = 0.3  # of a cap that is still worth another run
 
+PASSES = "remedy, played and found to pass"
+
 Flags = Mapping[str, str]  # of the command, by their names in its options
-Play = Callable[[Flags, Drive], RoundTrip]
+Keys = Mapping[str, Any]  # of the drive
+Play = Callable[[Flags, Keys], RoundTrip]
 
 
 @dataclass(frozen=True)
@@ -47,13 +54,27 @@ class OtherTable:
 
     Attributes
     ----------
-    words : what a user types, or writes into the drive.
-    flags, drive : that make it.
+    flags : what a user types.
+    keys : what a user writes into the drive.
+    more : what else there is to say.
     """
 
-    words: str
-    flags: Flags
-    drive: Drive
+    flags: Flags = field(default_factory=dict)
+    keys: Keys = field(default_factory=dict)
+    more: str = ""
+
+    @property
+    def words(self) -> str:
+        """What a user has to do; TOML writes these values as JSON does."""
+        keys = [f"{key} = {json.dumps(value)} in the drive" for key, value in self.keys.items()]
+        flags = [f"--{name.replace('_', '-')} {value}" for name, value in self.flags.items()]
+        return " and ".join([*keys, *flags]) + self.more
+
+    def along(self, spacings: Sequence[OtherTable]) -> Iterator[OtherTable]:
+        """The same with the points as they are, and with some other spacings."""
+        yield self
+        for one in spacings[:: max(1, len(spacings) // OTHERS)]:
+            yield OtherTable({**self.flags, **one.flags}, {**self.keys, **one.keys}, self.more)
 
 
 def worst(record: RoundTrip) -> float:
@@ -62,7 +83,14 @@ def worst(record: RoundTrip) -> float:
     return max([*broken, *(one.excess for one in record.beyond if one.excess > 0.0)], default=0.0)
 
 
-def advice_on(asked: Asked, drive: Drive, record: RoundTrip, tell: Callable[[str], None]) -> str:
+def advice_on(
+    asked: Asked,
+    drive: Drive,
+    record: RoundTrip,
+    tell: Callable[[str], None],
+    *,
+    sampled: bool = True,
+) -> str:
     """Why a table breaks limits or caps, and another one that was played and does not.
 
     Parameters
@@ -70,30 +98,32 @@ def advice_on(asked: Asked, drive: Drive, record: RoundTrip, tell: Callable[[str
     asked : what the table is of.
     record : of the table as it is.
     tell : where the search stands.
+    sampled : whether a drive takes points of it; of a curve alone there are none.
     """
 
-    def play(flags: Flags, other: Drive) -> RoundTrip:
-        return asked.changed(flags).tried(other)
+    def play(flags: Flags, keys: Keys) -> RoundTrip:
+        changed, other = asked.changed(flags), dataclasses.replace(drive, **keys)
+        return changed.tried(other) if sampled else _itself(changed, other)
 
     course = asked.course(drive)
     points, origin = asked.points(course, drive), INTERPOLATION
     if points.count is not None:
-        exact = play({}, dataclasses.replace(drive, counts=EXACT))
+        exact = asked.tried(dataclasses.replace(drive, counts=EXACT), digits=False)
         origin = INTERPOLATION if _mostly(exact, record) else ROUNDING
-    if _mostly(itself(course, drive, asked.source.truss, asked.source.result), record):
+    if _mostly(_itself(asked, drive), record):
         parts = {"stop_at": "stop", "resume_at": "way on"}
         origin = next(
             (name for key, name in parts.items() if getattr(asked.options, key)), "motion"
         )
 
-    form = TABLES.get(asked.options.to)
-    even = form is not None and form.even
-    spacings = _spacings(course, points, drive, even, fewer=origin == ROUNDING)
-    groups: list[Iterable[OtherTable]] = [_plans(course, drive, asked)]  # of a whole motion none
+    spacings = _spacings(asked, course, points, fewer=origin == ROUNDING)
+    groups: list[Iterable[OtherTable]] = [_plans(course, asked)]  # of a whole motion none
     if origin == ROUNDING:
         groups = [spacings, _encoders(drive, spacings), *groups]
     elif origin == INTERPOLATION:
-        groups = [spacings, *groups]
+        smoother = _interpolations(asked, drive, spacings)
+        # straight lines have no acceleration, however short they are
+        groups = [*([] if _undefined(record) else [spacings]), smoother, *groups]
     room = origin in (ROUNDING, INTERPOLATION) and not asked.partial
     found = _best(play, record, groups, tell, room=room)
     return _cause(record, course, points, origin) + found
@@ -124,12 +154,12 @@ def _best(
         for table in group:
             tell(f"other tables that were played: {tried}")
             try:
-                found = play(table.flags, table.drive)
+                found = play(table.flags, table.keys)
             except StudyError:  # it does not fit the device
                 continue
             tried += 1
             if worst(found) == 0.0:
-                return f"\n  remedy, played and found to pass: {table.words}"
+                return f"\n  {PASSES}: {table.words}"
             if (bool(found.breaches), worst(found)) < (bool(best.breaches), LESS * worst(best)):
                 best, words = found, table.words
         if words and not best.breaches and worst(best) <= LITTLE:
@@ -168,6 +198,16 @@ def _down(value: float) -> float:
     return float(f"{math.floor(value / step) * step:.3g}")
 
 
+def _itself(asked: Asked, drive: Drive) -> RoundTrip:
+    """The record of what is asked for without a table."""
+    return itself(asked.course(drive), drive, asked.source.truss, asked.source.result)
+
+
+def _undefined(record: RoundTrip) -> bool:
+    """Whether a limit is of a quantity that has no value between the points."""
+    return any(isinstance(one, Breach) and math.isnan(one.value) for one in record.breaches)
+
+
 def _mostly(part: RoundTrip, record: RoundTrip) -> bool:
     """Whether a table exceeds at least half of what another one does."""
     return worst(part) > HALF * worst(record) or math.isinf(worst(part))
@@ -202,26 +242,37 @@ def _behind_a_loop(record: RoundTrip) -> bool:
     return bool(record.playback.time[-1] > record.playback.end)
 
 
-def _spacings(
-    course: Course, points: SetPoints, drive: Drive, even: bool, *, fewer: bool
-) -> list[OtherTable]:
+def _spacings(asked: Asked, course: Course, points: SetPoints, *, fewer: bool) -> list[OtherTable]:
     """Other steps and numbers of points; what is closest to the table as it is comes first.
 
     Parameters
     ----------
     points : of the table as it is.
-    even : whether the format asks for equal steps.
     fewer : whether more points would only make it worse.
     """
-    size = points.times.size
-    found = [*_steps(course, points), *([] if even else _numbers(course, points))]
+    form, size = TABLES.get(asked.options.to), points.times.size
+    curve = asked.options.to in CURVES  # the drive samples it with its period
+    found = _steps(course, points)
+    if not curve and not (form is not None and form.even):
+        found += _numbers(course, points)
     if fewer:
         found = [one for one in found if one[1] < size]
     found.sort(key=lambda one: abs(math.log(one[1] / size)))
-    return [
-        OtherTable(" ".join(f"--{name} {value}" for name, value in flags.items()), flags, drive)
-        for flags, _ in found
-    ]
+    if curve:
+        return [OtherTable(keys={"period": float(flags["step"])}) for flags, _ in found]
+    return [OtherTable(flags) for flags, _ in found]
+
+
+def _interpolations(
+    asked: Asked, drive: Drive, spacings: Sequence[OtherTable]
+) -> Iterator[OtherTable]:
+    """Smoother interpolations in place of holds or straight lines, if format and drive choose."""
+    form = TABLES.get(asked.options.to)
+    if drive.interpolation in SMOOTH or (form is not None and form.interpolation is not None):
+        return
+    for kind in SMOOTH:
+        if form is None or NEEDED.get(kind, 1) <= form.holds:
+            yield from OtherTable(keys={"interpolation": kind}).along(spacings)
 
 
 def _encoders(drive: Drive, spacings: Sequence[OtherTable]) -> Iterator[OtherTable]:
@@ -229,28 +280,19 @@ def _encoders(drive: Drive, spacings: Sequence[OtherTable]) -> Iterator[OtherTab
     counts = drive.counts
     while counts is not None and counts <= COUNTS // 4:
         counts *= 4
-        finer = dataclasses.replace(drive, counts=counts)
-        yield OtherTable(f"counts = {counts} in the drive", {}, finer)
-        for table in spacings[:: max(1, len(spacings) // OTHERS)]:
-            yield OtherTable(
-                f"counts = {counts} in the drive and {table.words}", table.flags, finer
-            )
+        yield from OtherTable(keys={"counts": counts}).along(spacings)
 
 
-def _plans(course: Course, drive: Drive, asked: Asked) -> Iterator[OtherTable]:
+def _plans(course: Course, asked: Asked) -> Iterator[OtherTable]:
     """More time for a stop, and for the way on a lower speed, which makes it last longer."""
     within, options = asked.positive("stop_within"), asked.options
     if options.stop_at is not None and within is not None:
         for times in MORE_TIME:
-            longer = f"{times * within:.4g}"
-            yield OtherTable(f"--stop-within {longer}", {"stop_within": longer}, drive)
+            yield OtherTable({"stop_within": f"{times * within:.4g}"})
     if options.resume_at is not None:
         for share in SLOWER:
             speed = float(f"{share * course.peaks[0]:.3g}")
-            slower = dataclasses.replace(drive, speed=speed)
-            yield OtherTable(
-                f"speed = {speed:g} in the drive, which makes it last longer", {}, slower
-            )
+            yield OtherTable(keys={"speed": speed}, more=", which makes it last longer")
 
 
 def _steps(course: Course, points: SetPoints) -> list[tuple[dict[str, str], int]]:

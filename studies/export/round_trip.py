@@ -65,7 +65,7 @@ class Breach:
         if math.isnan(self.value):
             return (
                 f"the {self.name} has no bound between the points, but its limit is "
-                f"{self.limit:g} {self.unit}; state drive.bandwidth or another interpolation"
+                f"{self.limit:g} {self.unit}"
             )
         return (
             f"the {self.name} is {self.value:.6g} {self.unit} at {self.time:.6g} s, "
@@ -242,10 +242,10 @@ def _of_the_axis(course: Course, points: SetPoints, output: Playback) -> dict[st
     if output.bound is not None:
         values[f"bound of that by interpolation and rounding [{unit}/s^2]"] = output.bound.total
     values |= {
-        f"peak speed behind the loop [{unit}/s]": output.peak(1)[0],
-        f"peak acceleration behind the loop [{unit}/s^2]": output.peak(2)[0],
+        f"peak speed after the loop [{unit}/s]": output.peak(1)[0],
+        f"peak acceleration after the loop [{unit}/s^2]": output.peak(2)[0],
         f"bound of that [{unit}/s^2]": math.nan if output.most is None else output.most,
-        f"peak jerk behind the loop [{unit}/s^3]": output.peak(3)[0],
+        f"peak jerk after the loop [{unit}/s^3]": output.peak(3)[0],
         f"miss of the last position [{unit}]": float(points.positions[-1]) - end,
     }
     return values
@@ -282,7 +282,7 @@ def _of_the_truss(
     last = int(np.searchsorted(output.time, output.end))
     last = min(last, output.time.size - 1)
     values: dict[str, Any] = {
-        "peak angular acceleration behind the loop [rad/s^2]": extremes["peak-acceleration"][0],
+        "peak angular acceleration after the loop [rad/s^2]": extremes["peak-acceleration"][0],
         "peak rope force [N]": extremes["peak-force"][0],
         "least tension of all segments [N]": extremes["least-tension"][0],
         "peak motor power [W]": extremes["peak-power"][0],

@@ -353,7 +353,9 @@ class FlexStudy:
                 raise StudyError(f"{name} has no material; give material, or modulus and density")
             return link.modulus, link.density
         if link.modulus is not None or link.density is not None:
-            raise StudyError(f"{name} has material beside modulus or density; give one of them")
+            raise StudyError(
+                f"{name} has both a material and a modulus or density; give one of them"
+            )
         if link.material not in self.material:
             known = ", ".join(self.material) or "none"
             raise StudyError(

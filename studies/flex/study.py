@@ -352,7 +352,7 @@ def _poses(motion: ChainMotion) -> dict[str, Series]:
     number = np.arange(x.size, dtype=float)
     repeated = np.repeat(motion.times[places], x.shape[0])
     return {
-        "pose": Series("1", "pose", number, "nodes of all links, one pose behind the other"),
+        "pose": Series("1", "pose", number, "nodes of all links, one pose after the other"),
         "pose_time": Series("s", "pose", repeated, "when"),
         "pose_x": Series("m", "pose", x.T.ravel(), "x of a node"),
         "pose_y": Series("m", "pose", y.T.ravel(), "y of a node"),

@@ -39,7 +39,7 @@ def curve_of(name: str, value: Any) -> Curve:
     for (before, _), (angle, _) in pairwise(curve):
         if angle <= before:
             raise StudyError(
-                f"{name} has the angle {angle:g} rad behind {before:g} rad; sort it by rising "
+                f"{name} has the angle {angle:g} rad after {before:g} rad; sort it by rising "
                 "angles, one row each"
             )
     return curve

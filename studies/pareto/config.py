@@ -42,7 +42,7 @@ def _objectives(name: str, value: Any) -> tuple[str, ...]:
     if len(unlimited) > 1:
         raise StudyError(
             f"{name} has {' and '.join(unlimited)}, neither of which can be limited while the "
-            "other is least; give one of them beside time, or beside a quantity that has a cap"
+            "other is least; give one of them together with time, or with a quantity that has a cap"
         )
     return names
 

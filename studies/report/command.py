@@ -106,8 +106,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         return write_gallery(options, console)
     if len(options.results) not in (1, 2):
         raise StudyError(
-            f"{len(options.results)} results folders are named; give one, or two to set them "
-            "beside each other"
+            f"{len(options.results)} results folders are named; give one, or two to compare them"
         )
     _check_films(options)
 

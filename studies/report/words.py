@@ -386,7 +386,7 @@ MODELS: dict[str, Sequence[str]] = {
         "a certain angle on.",
         "Equations (16) to (38) of Lu, Qi, Hu, Li and Zhang, Deployment Dynamics of Large Space "
         "Antenna and Supporting Arms, IEEE Access 2019, DOI 10.1109/ACCESS.2019.2918614, with "
-        "the misprints put right that the documents list.",
+        "with the corrections of misprints that the documents list.",
     ),
     "arm": (
         "Two slender links with a joint at the root and one between them; the antenna is a "

@@ -67,7 +67,7 @@ def _scenarios(name: str, value: Any) -> dict[str, dict[str, float]]:
         check_keys(table(where, raw), VARIED, f"{where}.")
         found[scenario] = {word: not_negative(f"{where}.{word}", raw[word]) for word in raw}
         if "stuck_moment" in raw and "stuck_angle_deg" not in raw:
-            raise StudyError(f"{where}.stuck_moment acts nowhere; state stuck_angle_deg beside it")
+            raise StudyError(f"{where}.stuck_moment acts nowhere; state stuck_angle_deg as well")
     return found
 
 

@@ -307,7 +307,7 @@ def _remarks(found: _Found, bound: float) -> list[str]:
             f"A margin by factors asks for a motor of {needed:.6g} N for the nominal optimum."
         )
     else:
-        remarks.append("No margin by factors is stated; --margin aiaa-s-114 sets one beside this.")
+        remarks.append("No margin by factors is stated; --margin aiaa-s-114 adds one.")
     return [*remarks, *_on_rates(found)]
 
 

@@ -325,7 +325,9 @@ def points(result: Result, parameters: Sequence[Parameter], quantities: Sequence
 def _say_no_middle(panel: Axes, label: str) -> None:
     """What stands for the bars where the study as it is stated has no solution."""
     panel.set_axis_off()
-    words = f"{label}:\nthe study as it is stated has no solution,\nso nothing can be set beside it"
+    words = (
+        f"{label}:\nthe study as it is stated has no solution,\nso nothing can be compared with it"
+    )
     panel.text(0.5, 0.5, words, ha="center", va="center", transform=panel.transAxes, fontsize=9)
 
 

@@ -33,7 +33,7 @@ _AT_THE_SHORTEST = 1e-6  # of the range of durations: a least time so close to i
 KNOTS = {
     "knot": ("s", "time at which two pieces of the law meet"),
     "knot_angle": ("rad", "deployment angle there"),
-    "knot_jerk": ("rad/s^3", "jerk behind it"),
+    "knot_jerk": ("rad/s^3", "jerk after it"),
     "knot_jerk_before": ("rad/s^3", "jerk before it"),
 }
 

@@ -51,7 +51,8 @@ def test_a_full_disk_is_one_sentence_at_every_step(step: str, tmp_path: Path) ->
     said = str(refusal(job(**{step: full}), out, silent()))
     assert f"the results folder {out} cannot be written (No space left on device)" in said
     assert said.endswith(
-        "make room or mend its rights, and give the same command again with --overwrite"
+        "free some space or correct its permissions, and give the same command again with "
+        "--overwrite"
     )
 
 

@@ -267,3 +267,24 @@ def test_with_friction_the_table_says_that_shear_is_left_out() -> None:
         rows = table_rows(study, paper_laws(study.truss, T), {})
         assert next(row.title for row in rows if row.key == "peak-bar-force").endswith(title)
         assert bool(without_shear(study)) == (friction > 0.0)
+
+
+@pytest.mark.parametrize("others", [None, 0.3])
+def test_caps_that_no_single_one_is_to_blame_for_name_no_number_that_was_not_found(
+    others: float | None,
+) -> None:
+    caps = {"power": 6.0, "rope_speed": 0.1}
+    study = TrussStudy(minimise="peak-acceleration", duration=60.0, caps=caps)
+    alone = {"peak-power": 5.0, "peak-rope-speed": 0.1036461}
+
+    def least(case: TrussStudy, quantity: str) -> float | None:
+        caps = (case.caps.power, case.caps.rope_speed)
+        return alone.get(quantity) if caps == (None, None) else others
+
+    said = str(missed_cap.together(study, least, 1.0)).splitlines()
+    assert said[-2].startswith("  peak rope speed [m/s]: 0.1, 0.103647, ")
+    if others is None:  # no last number to raise a cap to
+        remedy = "loosen two of these caps or more, that on the peak rope speed to more than"
+        assert said[-1] == f"{remedy} 0.103647 m/s"
+    else:
+        assert said[-1].startswith("raise a cap to more than its last number")

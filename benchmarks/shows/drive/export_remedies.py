@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -26,7 +27,7 @@ from studies.common.comparison_table import TableRow
 from studies.common.console import Table
 from studies.common.exit_codes import ExitCode
 from studies.common.result import Result, Verdict
-from studies.export.formats import TABLES
+from studies.export.formats import CURVES, TABLES
 from studies.truss.config import DEPLOYED, as_dictionary, study_from
 from studies.truss.motions.deployment import Deployment
 from studies.truss.study import series_of
@@ -49,9 +50,15 @@ ROOM = (1.02, 1.5)  # times the motion's own value, of a cap or limit
 
 EXCESS = re.compile(r"([\d.e+]+) (% above|% short|times) (?:its limit|(?:of )?the cap)")
 PASSES = re.compile(r"remedy, played and found to pass: (.*)")
-BEST = re.compile(r"best of \d+ other tables that were played: (.*?)(?:, which keeps|; it leaves)")
-CAPS = re.compile(r"more room has a motion of the study with (.*)")
-AGAIN = "or: --within-limits"
+# a message is parted at spaces, so that what it leaves may stand in further lines
+BEST = re.compile(
+    r"best of \d+ other tables that were played: (?P<words>.*?)(?P<kept>, which keeps.*?)?"
+    r";\s+it leaves (?P<left>.*?)(?=\n  (?:or:|more room|--within)|$)",
+    re.DOTALL,
+)
+CAPS = re.compile(r"more room has a motion of the study with ((?:caps\.\w+ = [\d.e+-]+[,\s]*)+)")
+LONGER = re.compile(r"allow more time, as --stop-within ([\d.e+-]+),")
+AGAIN = "or try --within-limits"
 PLAIN = re.compile(r"Traceback|unforeseen|phase '")  # no user should see these
 
 
@@ -83,7 +90,7 @@ def question(seed: int, index: int) -> Question:
         "limits": {name: _drawn(rng, ROOM) for name in LIMITED if rng.random() < 0.3},
         "tension": rng.random() < 0.3,
         "drive": drive,
-        "format": str(rng.choice(list(TABLES))),
+        "format": str(rng.choice([*TABLES, *CURVES])),
         "part": str(rng.choice(["whole", "whole", "whole", "whole", "stop", "resume"])),
         "at": round(float(rng.uniform(0.2, 0.8)), 2),  # of the duration
         "within": round(float(rng.uniform(0.02, 0.3)), 3),
@@ -110,6 +117,12 @@ def answer(question: Question, folder: Path) -> Row:
     if code == ExitCode.OK and "BEYOND" not in text:
         return {**row, "said": "clean"}
     row["said"] = "beyond" if code == ExitCode.OK else "refused"
+    if code == ExitCode.INFEASIBLE and (longer := LONGER.search(text)):
+        # such a stop exists, whether or not its table keeps all limits
+        more = {**flags, "stop-within": longer[1]}
+        code, again = _exported(result_folder, drive, more, folder / "second")
+        kept = code in (ExitCode.OK, ExitCode.NOT_VERIFIED)
+        return {**row, "said": "no stop", "named": "time", "helped": kept, "after": again}
     if code not in (ExitCode.OK, ExitCode.NOT_VERIFIED):
         return {**row, "said": "other"}
 
@@ -118,15 +131,13 @@ def answer(question: Question, folder: Path) -> Row:
         more, changed = _followed(found[1], drive)
         code, again = _exported(result_folder, changed, {**flags, **more}, folder / "second")
         clean = code == ExitCode.OK and "BEYOND" not in again
-        better = code == ExitCode.OK and (row["code"] != code or _worst(again) < _worst(text))
-        still = _worst(again) < _worst(text)
-        row |= {"named": "passes" if passes else "best", "after": again}
-        row["helped"] = clean if passes else bool(clean or better or still)
+        row |= {"named": "passes" if passes else "best", "after": again, "after_code": code}
+        row["helped"] = clean if best is None else _as_promised(best, code, again)
         drive, flags = changed, {**flags, **more}
     if caps := CAPS.search(text):
         said = row.get("after", text)
         row |= _with_caps(question, said, caps[1], drive, flags, folder)
-    if AGAIN in text and not passes:
+    if AGAIN in text:
         code, again = _exported(
             result_folder,
             _drive(question, result),
@@ -136,6 +147,15 @@ def answer(question: Question, folder: Path) -> Row:
         row |= {"again": code == ExitCode.OK, "again_says": again}
         row["plain"] = row["plain"] and not PLAIN.search(again)
     return row
+
+
+def _as_promised(best: re.Match[str], code: int, again: str) -> bool:
+    """Whether a table that is named as the best one leaves what the message says, and no more."""
+    left, said = (" ".join(words.split()) for words in (best["left"], again))
+    pieces = left.split("; ")
+    if code != ExitCode.OK:  # a refusal is about the limits of the drive alone
+        pieces = [piece for piece in pieces if piece.startswith("the ")]
+    return all(piece in said for piece in pieces) and _worst(again) <= _worst(left)
 
 
 def _study(question: Question, jerk: float | None = None) -> tuple[Result, dict[str, Any]]:
@@ -222,9 +242,8 @@ def _exported(
 def _followed(words: str, drive: Mapping[str, Any]) -> tuple[dict[str, str], dict[str, Any]]:
     """Flags and drive as a message has them: "--points 64", "counts = 4096 in the drive"."""
     flags = dict(re.findall(r"--([a-z-]+) ([\d.e+-]+)", words))
-    keys = re.findall(r"(\w+) = ([\d.e+-]+) in the drive", words)
-    numbers = {key: int(text) if text.isdigit() else float(text) for key, text in keys}
-    return flags, {**drive, **numbers}
+    keys = re.findall(r"(\w+) = (\S+) in the drive", words)
+    return flags, {**drive, **{key: json.loads(text) for key, text in keys}}
 
 
 def _worst(text: str) -> float:

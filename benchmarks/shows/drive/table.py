@@ -83,7 +83,7 @@ def answer(question: Question, folder: Path) -> Row:
 def tables(rows: Sequence[Row]) -> list[Table]:
     """A line a case."""
     head = ["period [s]", "bits", "interpolation", "loop [Hz]", "table [m/s^2]"]
-    head += ["rope behind the loop", "bound", "angle [rad/s^2]", "terminal angle [deg]"]
+    head += ["rope after the loop", "bound", "angle [rad/s^2]", "terminal angle [deg]"]
     cells = [
         [
             f"{row['period']:g}",

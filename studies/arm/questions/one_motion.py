@@ -321,5 +321,5 @@ def _verdict(refined: Refined) -> Verdict:
     return Verdict(
         "local",
         "local: one optimum of the reduced model B21 from one start, replayed on the full ANCF "
-        "model; others were not sought",
+        "model; no other optimum was searched for",
     )

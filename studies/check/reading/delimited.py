@@ -97,7 +97,7 @@ def _layout(path: Path) -> TextLayout:
         refuse(
             path,
             f"cannot be understood in line {line + 1}, {quoted(lines[line])}, above its first "
-            "numbers; mend that row, or take it out",
+            "numbers; correct or remove that row",
         )
     return layout
 

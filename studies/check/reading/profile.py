@@ -199,7 +199,7 @@ def _check_times(table: RawTable, time: Array) -> None:
     if not bad.size:
         return
     row = int(bad[0]) + 1
-    what = "repeats" if step[row - 1] == 0 else "falls behind"
+    what = "repeats" if step[row - 1] == 0 else "is earlier than"
     remedy = (
         "keep one row an instant, or write the times with more digits if they were rounded"
         if step[row - 1] == 0
@@ -253,7 +253,7 @@ def _merged(table: RawTable, values: Sequence[tuple[Column, Array]]) -> dict[str
                     table.path,
                     f"contradicts itself: '{first.header}' and '{second.header}' differ by "
                     f"{100 * miss / size:.3g} % of their range in {table.line_of(row)}; keep the "
-                    "right one, or mend its unit",
+                    "right one, or correct its unit",
                 )
     return {quantity: group[0][1] for quantity, group in by_quantity.items()}
 

@@ -355,7 +355,7 @@ def how_to_read(deployment: Deployment) -> dict[str, str]:
     else:
         columns = "angular_jerk"
     return {
-        "columns_that_jump": f"{columns}; a row holds the values behind the jump, and a column "
+        "columns_that_jump": f"{columns}; a row holds the values after the jump, and a column "
         "that ends in _before those before it",
         "between_two_rows": "the quintic polynomial with angle, angular_speed and "
         "angular_acceleration of the first row, and angle, angular_speed and "

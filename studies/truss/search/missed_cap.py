@@ -105,6 +105,7 @@ def together(
     """
     caps = hard_caps(study)
     lines = ["cap: stated, least alone, least with the others"]
+    one_is_enough, raised = False, ""
     for cap in caps:
         alone = cap.lifted(study, seconds)
         for other in caps:
@@ -112,13 +113,18 @@ def together(
         values = [least(case, cap.key) for case in (alone, cap.lifted(study, seconds))]
         words = ", ".join("none found" if value is None else up(value) for value in values)
         unit = cap.quantity.unit
+        if values[0] is not None and values[0] > cap.enough:
+            raised += f", that on the {cap.quantity.title} to more than {up(values[0])} {unit}"
+        one_is_enough |= values[1] is not None
         lines.append(f"  {cap.quantity.title} [{unit}]: {cap.value:g}, {words}")
 
     low, high = study.duration
     patient = replace(study, minimise="time", duration=(low, _MORE_TIME * high))
     options = replace(study.solver, starts=first_of_each_kind(study.solver.starts), seconds=seconds)
     enough = least(replace(patient, solver=options), "time")
-    remedy = "raise a cap to more than its last number"
+    remedy = f"loosen two of these caps or more{raised}"
+    if one_is_enough:
+        remedy = "raise a cap to more than its last number"
     if enough is not None and enough > high:
         remedy += f", or allow more than {high:g} s: a motion of {up(enough)} s keeps all of them"
     return CapsMissedError(

@@ -124,6 +124,19 @@ def test_no_stop_of_less_jerk_fits() -> None:
     assert least_jerk_stop(speed, acceleration, time, travel, Drive(jerk=1.001 * jerk))
 
 
+@pytest.mark.parametrize("drive", [Drive(acceleration=0.25), Drive(acceleration=0.25, jerk=0.5)])
+def test_a_stop_that_needs_more_time_names_a_time_that_is_enough(drive: Drive) -> None:
+    with pytest.raises(StudyError, match=r"within 2 s and 9 m .* --stop-within ") as refused:
+        least_jerk_stop(1.0, 0.1, 2.0, 9.0, drive)
+    named = float(str(refused.value).split("--stop-within ")[1].split(",")[0])
+    phases = least_jerk_stop(1.0, 0.1, named, 9.0, drive)
+    assert sum(time for time, _ in phases) <= named * (1 + 1e-9)
+
+    # more time is no help if the travel is too short
+    with pytest.raises(StudyError, match=r"0\.5 m of travel; stop at an earlier time"):
+        least_jerk_stop(1.0, 0.1, 2.0, 0.5, drive)
+
+
 def test_a_stop_keeps_the_limit_of_acceleration() -> None:
     phases = least_jerk_stop(1.0, 0.0, 100.0, 3.0, Drive(acceleration=0.25))
     deepest = sum(dt * j for dt, j in phases[:1])

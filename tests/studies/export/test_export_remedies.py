@@ -37,6 +37,7 @@ def test_rounding_is_named_and_the_step_that_was_played_passes(
     found = re.search(r"remedy, played and found to pass: --step ([\d.]+)\n", said)
     assert found is not None
     assert float(found[1]) > 0.005  # a shorter one would make it worse
+    assert "--within-limits" not in said  # no other motion is needed
     assert export(folder, *words, "--step", found[1]) == 0
 
 
@@ -62,6 +63,50 @@ def test_what_no_table_keeps_is_said_with_what_the_best_one_leaves(
     assert float(lower[1]) == pytest.approx(cap * (1 - 2 * excess / (1 + excess)), rel=1e-2)
 
 
+def test_a_limit_of_what_straight_lines_lack_names_an_interpolation_that_passes(
+    brisk: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, drive, file = tmp_path / "stored", tmp_path / "drive.toml", tmp_path / "table"
+    folder.mkdir()
+    free = {**brisk.configuration, "caps": {}}
+    dataclasses.replace(brisk, configuration=free).save(folder)
+    peak = float(np.abs(brisk.arrays["rope_acceleration"].values).max())
+    stated = f"period = 0.1\nacceleration = {1.2 * peak}\n"
+    drive.write_text(stated, "utf-8")
+
+    words = ("--to", "beckhoff", "--drive", drive, "--output", file)
+    assert export(folder, *words) == 5
+    said = complaint(capsys)
+    assert "the acceleration has no bound between the points, but its limit is" in said
+    found = re.search(
+        r"remedy, played and found to pass: (interpolation = .*) in the drive\n", said
+    )
+    assert found is not None
+    drive.write_text(f"{stated}{found[1]}\n", "utf-8")
+    assert export(folder, *words) == 0
+
+
+@pytest.mark.parametrize("to", ["c99", "segments"])
+def test_a_curve_that_its_drive_samples_too_finely_names_a_period_that_passes(
+    to: str, brisk: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, drive, file = tmp_path / "stored", tmp_path / "drive.toml", tmp_path / "curve"
+    folder.mkdir()
+    free = {**brisk.configuration, "caps": {}}
+    dataclasses.replace(brisk, configuration=free).save(folder)
+    peak = float(np.abs(brisk.arrays["rope_acceleration"].values).max())
+    stated = f"drum_radius = 0.02\n{ROUNDED}acceleration = {1.2 * peak}\n"
+    drive.write_text(stated, "utf-8")
+
+    words = ("--to", to, "--drive", drive, "--output", file)
+    assert export(folder, *words) == 5
+    found = re.search(r"found to pass: period = ([\d.]+) in the drive\n", complaint(capsys))
+    assert found is not None
+    assert float(found[1]) > 0.005
+    drive.write_text(stated.replace("period = 0.005", f"period = {found[1]}"), "utf-8")
+    assert export(folder, *words) == 0
+
+
 @pytest.mark.parametrize("form", ["c99", "codesys-xy"])
 def test_a_file_says_what_its_positions_are_and_its_record_what_it_lacks(
     form: str, brisk: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -79,4 +124,4 @@ def test_a_file_says_what_its_positions_are_and_its_record_what_it_lacks(
     else:
         (reason,) = [line for line in said.splitlines() if "why values are missing" in line]
         assert "straight lines between points have no acceleration" in reason
-        assert "no value between the points of peak acceleration behind the loop" in said
+        assert "no value between the points of peak acceleration after the loop" in said

@@ -77,7 +77,7 @@ def test_displacements_behind_a_stop_are_played_from_where_it_ended(
 def test_a_stop_leaves_room_for_what_its_table_adds(
     folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file, peak = tmp_path / "stop", "peak acceleration behind the loop [m/s^2]"
+    file, peak = tmp_path / "stop", "peak acceleration after the loop [m/s^2]"
     axis = "bandwidth = 20\nperiod = 0.05\n"
 
     def stopped(limit: str, within: float) -> int:

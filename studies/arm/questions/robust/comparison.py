@@ -175,7 +175,7 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
         verdict=Verdict(
             "local",
             "local: one optimum of the nominal arm and its copies from the nominal motion, "
-            "replayed all over the spread; others were not sought",
+            "replayed all over the spread; no other optimum was searched for",
         ),
         checks=(
             *_criteria(comparison),
