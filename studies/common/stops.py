@@ -83,9 +83,12 @@ def stops_heard(console: Console) -> Iterator[None]:
     def as_ctrl_c(number: int, frame: FrameType | None) -> None:
         # a shell lets what runs in its background ignore Ctrl-C, but this was meant
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-            raise KeyboardInterrupt
+            signal.signal(signal.SIGINT, interrupt)
         signal.raise_signal(signal.SIGINT)
 
+    former_interrupt = signal.getsignal(signal.SIGINT)
+    if former_interrupt is signal.default_int_handler:  # Python's own raises within CasADi, too
+        signal.signal(signal.SIGINT, interrupt)
     former = signal.signal(signal.SIGTERM, as_ctrl_c)
     heard, told = socket.socketpair()
     told.setblocking(False)  # as Python asks of it
@@ -96,6 +99,7 @@ def stops_heard(console: Console) -> Iterator[None]:
     finally:
         signal.set_wakeup_fd(former_told)
         signal.signal(signal.SIGTERM, former)
+        signal.signal(signal.SIGINT, former_interrupt)
         told.close()  # which ends the thread
 
 

@@ -163,12 +163,12 @@ def _with_files(question: Question, folder: Path) -> list[str]:
     for name in ("STUDY", "DRIVE"):
         if name not in question["files"]:
             (folder / name).write_text("x = 1\n")
-    shutil.copytree(_made(folder.parent), folder / "RESULTS", dirs_exist_ok=True)
+    shutil.copytree(made_folder(folder.parent), folder / "RESULTS", dirs_exist_ok=True)
     (folder / "PROFILE").write_bytes((folder / "RESULTS" / "profile.csv").read_bytes())
     return list(question["words"])
 
 
-def _made(cases: Path) -> Path:
+def made_folder(cases: Path) -> Path:
     """A results folder for reports, exports and checks, made if need be."""
     place = cases.parent / "made"
     if not place.exists():
