@@ -94,8 +94,8 @@ def answer(question: Question, folder: Path) -> Row:
     if row["stopped"] and row["code"] not in (ExitCode.INTERRUPTED, ExitCode.OK):
         faults.append(f"exit code {row['code']}")
     messages = [line.removeprefix(MARK) for line in text.splitlines() if line.startswith(MARK)]
-    files = sorted(path.name for path in (folder / "kept").glob("*"))
-    return {**row, "said": messages[-1:], "kept": files, "faults": faults}
+    written = sorted(path.name for path in (folder / "kept").glob("*"))
+    return {**row, "said": messages[-1:], "kept": written, "faults": faults}
 
 
 def _stopped(words: Sequence[str], at: float, folder: Path, said: int) -> Row:
