@@ -37,6 +37,7 @@ SHOWS = {
     "sweep": "benchmarks.shows.scale.sweeps",
     "fuzz-commands": "benchmarks.shows.fuzz.commands",
     "damaged-folders": "benchmarks.shows.fuzz.folders",
+    "interrupts": "benchmarks.shows.fuzz.interrupts",
     "engine-families": "benchmarks.shows.engine.families",
     "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",

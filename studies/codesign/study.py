@@ -21,6 +21,7 @@ from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, at_work, silent
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.stops import kept
 from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated, without_shear
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
@@ -47,7 +48,7 @@ class Codesign:
     held : the requirements.
     found : of all starts.
     deployment : the best motion on the best design.
-    prices : of the bounds that press, dearest first.
+    prices : of the bounds that press, dearest first; None where the user stopped before them.
     """
 
     study: CodesignStudy
@@ -55,7 +56,7 @@ class Codesign:
     held: Sequence[Requirement]
     found: BestDesign
     deployment: Deployment
-    prices: Sequence[Price]
+    prices: Sequence[Price] | None
 
     @property
     def solution(self) -> Solution:
@@ -123,9 +124,14 @@ def _answer(study: CodesignStudy, console: Console) -> Result:
     better = designed(deployment, found.design)
     law = law_of(better, found.statement, solution)
     best = Deployment("optimal", law, better.truss, better.drive, better.margin)
-    console.progress("prices of the bounds that press")
-    pressing = prices(study, held, found.design, solution)
-    return _result(Codesign(study, stated, held, found, best, pressing))
+
+    def result(whole: bool) -> Result:
+        if whole:
+            console.progress("prices of the bounds that press")
+        pressing = prices(study, held, found.design, solution) if whole else None
+        return _result(Codesign(study, stated, held, found, best, pressing))
+
+    return kept(result, found.audit.interrupted or stated.interrupted)
 
 
 def _without_force_caps(study: TrussStudy) -> TrussStudy:
@@ -174,7 +180,7 @@ def _result(made: Codesign) -> Result:
         details={
             "study": truss_dictionary(better),
             "design": dict(made.found.design),
-            "prices": [dataclasses.asdict(price) for price in made.prices],
+            "prices": [dataclasses.asdict(price) for price in made.prices or ()],
             "starts": [
                 {"start": t.name, "value": t.value, "seconds": t.seconds, "failure": t.reason}
                 for t in audit.trials
@@ -182,7 +188,6 @@ def _result(made: Codesign) -> Result:
             "how_to_read": how_to_read(best),
         },
         provenance=provenance(),
-        interrupted=audit.interrupted or made.stated.interrupted,
     )
 
 
@@ -288,22 +293,28 @@ def _remarks(made: Codesign) -> list[str]:
             f"{room:.2g} % less."
         )
 
-    binding = [price for price in made.prices if price.of_the_design]
-    if len(binding) >= free:
-        remarks.append(
-            f"This design sits on its bounds alone: {len(binding)} of them press on {free} free "
-            "parameters and fix them all. To gain more, move a bound; the prices say which."
-        )
-    elif binding:
-        remarks.append(
-            f"{len(binding)} bounds press on {free} free parameters; the others are balanced "
-            "inside the range."
-        )
-    else:
-        remarks.append("No bound presses on the design: it is balanced inside the range.")
+    remarks.append(_on_bounds(made.prices, free))
     if not made.found.exact:
         remarks.append(
             f"The search ended before the best start was solved to its last digits: its {title} is "
             f"within about {ROUGH:g} of the least, relative to it."
         )
-    return [*remarks, *(price.sentence for price in made.prices)]
+    return [*remarks, *(price.sentence for price in made.prices or ())]
+
+
+def _on_bounds(prices: Sequence[Price] | None, free: int) -> str:
+    """Which bounds press on so many free parameters."""
+    if prices is None:
+        return "The study was stopped before the prices of its bounds were found."
+    binding = [price for price in prices if price.of_the_design]
+    if len(binding) >= free:
+        return (
+            f"This design sits on its bounds alone: {len(binding)} of them press on {free} free "
+            "parameters and fix them all. To gain more, move a bound; the prices say which."
+        )
+    if binding:
+        return (
+            f"{len(binding)} bounds press on {free} free parameters; the others are balanced "
+            "inside the range."
+        )
+    return "No bound presses on the design: it is balanced inside the range."

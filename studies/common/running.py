@@ -171,10 +171,10 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
         begun = Result.begun(job.kind, job.question, job.configuration, provenance())
         begun.save(folder.path)
         result = _solved(job, folder, begun, go_on, console)
-        for name, text in job.files(result).items():
-            folder.file(name).write_text(text, "utf-8", newline="")
         again = f"{job.command} {folder.file('input.toml')}"
-        return hand_over(result, folder, job.draw, again, options, console, job.outcome, go_on)
+        return hand_over(
+            result, folder, job.draw, again, options, console, job.outcome, go_on, job.files
+        )
 
 
 def _solved(job: Job, folder: ResultsFolder, begun: Result, go_on: str, console: Console) -> Result:
@@ -211,8 +211,9 @@ def hand_over(
     console: Console,
     outcome: Callable[[Result], str] | None = None,
     go_on: str = "",
+    files: Callable[[Result], Mapping[str, str]] = lambda result: {},
 ) -> ExitCode:
-    """Write, print and draw a result.
+    """Write, print and draw a result. A first Ctrl-C waits until it is written.
 
     Parameters
     ----------
@@ -222,15 +223,21 @@ def hand_over(
         What is printed of the result; the text of every study by default.
     go_on : str
         The command that goes on with it where it was stopped; empty if none does.
+    files : callable
+        As of a `Job`.
     """
+    from ocp.nlp.interrupts import noted_interrupts
     from studies.common.writers import exit_code, outcome_text, write
 
-    try:
-        write(result, folder)
-    finally:  # on a full disk, at least the user has it
-        console.say(f"\n{(outcome or outcome_text)(result)}")
+    with noted_interrupts() as stop:
+        try:
+            write(result, folder)
+            for name, text in files(result).items():
+                folder.file(name).write_text(text, "utf-8", newline="")
+        finally:  # on a full disk, at least the user has it
+            console.say(f"\n{(outcome or outcome_text)(result)}")
 
-    interrupted = result.interrupted
+    interrupted = result.interrupted or stop.asked
     if not (options.no_figures or interrupted):
         try:
             draw_into(result, folder, draw, console)

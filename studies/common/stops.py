@@ -2,22 +2,50 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import select
 import signal
 import socket
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode
 
+if TYPE_CHECKING:
+    from studies.common.result import Result
+
 _TO_ANSWER = 1.0  # [s] in which a run may end by itself before the signal is answered for it
 
 _LATER = 0.01  # [s] until an interrupt is tried again
+
+
+def kept(result: Callable[[bool], Result], stopped: bool = False) -> Result:
+    """The result of what a search has found, which no first Ctrl-C takes away any more.
+
+    Parameters
+    ----------
+    result : callable
+        Makes the result: with True the whole, with False without whatever takes longer than a
+        user who has stopped it would wait.
+    stopped : bool
+        Whether the user has stopped the search.
+    """
+    from ocp import Interrupted
+    from ocp.nlp.interrupts import noted_interrupts
+
+    if not stopped:
+        try:
+            return result(True)
+        except (KeyboardInterrupt, Interrupted):
+            pass  # made anew, and shorter
+    with noted_interrupts():
+        return dataclasses.replace(result(False), interrupted=True)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
@@ -55,9 +83,12 @@ def stops_heard(console: Console) -> Iterator[None]:
     def as_ctrl_c(number: int, frame: FrameType | None) -> None:
         # a shell lets what runs in its background ignore Ctrl-C, but this was meant
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-            raise KeyboardInterrupt
+            signal.signal(signal.SIGINT, interrupt)
         signal.raise_signal(signal.SIGINT)
 
+    former_interrupt = signal.getsignal(signal.SIGINT)
+    if former_interrupt is signal.default_int_handler:  # Python's own raises within CasADi, too
+        signal.signal(signal.SIGINT, interrupt)
     former = signal.signal(signal.SIGTERM, as_ctrl_c)
     heard, told = socket.socketpair()
     told.setblocking(False)  # as Python asks of it
@@ -68,6 +99,7 @@ def stops_heard(console: Console) -> Iterator[None]:
     finally:
         signal.set_wakeup_fd(former_told)
         signal.signal(signal.SIGTERM, former)
+        signal.signal(signal.SIGINT, former_interrupt)
         told.close()  # which ends the thread
 
 

@@ -22,6 +22,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.stops import kept
 from studies.mission.config import MissionStudy, as_dictionary
 from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
 from studies.mission.stages import (
@@ -127,12 +128,22 @@ def _answer(study: MissionStudy, console: Console) -> Result:
                 "stopped before a motion of a stage was found; the inputs are kept",
                 ExitCode.INTERRUPTED,
             ) from stop
-        return _result(_mission(study, curves, motions, stopped=True))
+        return _result_of(study, curves, motions, stopped=True)
 
     motions = [
         found.known[name, duration] for name, duration in zip(STAGES, durations, strict=True)
     ]
-    return _result(_mission(study, curves, motions, stopped=False))
+    return _result_of(study, curves, motions, stopped=False)
+
+
+def _result_of(
+    study: MissionStudy,
+    curves: Sequence[StageCurve],
+    motions: Sequence[StageMotion],
+    *,
+    stopped: bool,
+) -> Result:
+    return kept(lambda whole: _result(_mission(study, curves, motions, stopped=stopped)), stopped)
 
 
 @dataclass(eq=False)
@@ -247,7 +258,6 @@ def _result(mission: Mission) -> Result:
             "arm_frequencies_Hz": next((one.frequencies for one in mission.responses.values()), ()),
         },
         provenance=provenance(),
-        interrupted=mission.stopped,
     )
 
 

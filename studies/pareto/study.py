@@ -19,6 +19,7 @@ from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.result import Result
+from studies.common.stops import kept
 from studies.pareto.columns import front_details, front_series, law_series
 from studies.pareto.config import ParetoStudy, configuration_of
 from studies.pareto.keys import FRONT
@@ -112,7 +113,12 @@ def front_found(subject: TrussFront) -> Walked:
 
 def result_of(subject: TrussFront, walked: Walked) -> Result:
     """The result that a front gives."""
-    study, front, stopped = subject.study, walked.front, walked.stopped
+    return kept(lambda whole: _result(subject, walked, whole), walked.stopped)
+
+
+def _result(subject: TrussFront, walked: Walked, whole: bool) -> Result:
+    """The result; the whole one has the curves of the laws, and else their points."""
+    study, front = subject.study, walked.front
     axes = axis_of(subject.limited), axis_of(subject.least)
     bounds = np.array([subject.bound(p.x) or np.nan for p in front.points])
     chosen = front.points[len(front.points) // 2 if front.knee is None else front.knee]
@@ -132,14 +138,14 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
         configuration=configuration_of(study),
         arrays={
             **front_series(front, bounds, *axes),
-            **law_series(_places(subject, front, laws), *axes),
+            **law_series(_places(subject, front, laws, whole), *axes),
             **motion_series(front.points),
         },
         table=table,
         also_found=also_found,
         costs_elsewhere=costs_elsewhere(table, also_found),
         bounds=proven,
-        verdict=front_verdict(front, stopped),
+        verdict=front_verdict(front, walked.stopped),
         checks=checks_of_points(
             "front", [p.y for p in front.points], QUANTITIES[subject.least].title, bounds
         ),
@@ -164,7 +170,6 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
             "iterations": sum(point.motion.solution.iterations for point in front.points),
         },
         provenance=provenance(),
-        interrupted=stopped,
     )
 
 
@@ -173,14 +178,18 @@ def _place(subject: TrussFront, law: Deployment) -> tuple[float, float]:
 
 
 def _places(
-    subject: TrussFront, front: Front, laws: Sequence[Deployment]
+    subject: TrussFront, front: Front, laws: Sequence[Deployment], whole: bool
 ) -> dict[str, list[tuple[float, float]]]:
-    """Where the paper's laws are: curves if the duration is traded."""
+    """Where the paper's laws are: curves if the duration is traded and the whole is asked for."""
     durations = [laws[0].law.duration]
-    if subject.limited == "time":
+    if subject.limited == "time" and whole:
         durations = np.linspace(front.points[0].x, front.points[-1].x, DRAWN).tolist()
     at = [laws_in(subject.truss, duration) for duration in durations]
-    return {law.name: [_place(subject, pair[k]) for pair in at] for k, law in enumerate(laws)}
+    only = frozenset(subject.traded)
+    return {
+        law.name: [_place(subject, dataclasses.replace(pair[k], only=only)) for pair in at]
+        for k, law in enumerate(laws)
+    }
 
 
 def _short(name: str) -> str:

@@ -112,14 +112,23 @@ def search(study: RobustTrussStudy, nominal: Deployment, console: Console) -> Ro
     StudyError
         If no start gave a law; it says which limit of which scenario would have to give way.
     """
-    study = with_corners(study, nominal)
-    for _ in range(ROUNDS):
-        console.progress(f"robust law: {len(study.scenarios)} scenarios")
-        found = _for_scenarios(study, console)
-        more = with_corners(study, Deployment("robust", found.law, study.deployment.truss))
-        if more is study or found.audit.interrupted:
-            break
-        study = more
+    study, found = with_corners(study, nominal), None
+    try:
+        for _ in range(ROUNDS):
+            console.progress(f"robust law: {len(study.scenarios)} scenarios")
+            found = _for_scenarios(study, console)
+            more = with_corners(study, Deployment("robust", found.law, study.deployment.truss))
+            if more is study or found.audit.interrupted:
+                break
+            study = more
+    except (KeyboardInterrupt, StudyError) as stop:
+        stopped = isinstance(stop, KeyboardInterrupt) or stop.exit_code is ExitCode.INTERRUPTED
+        if found is None or not stopped:
+            raise
+        # the law of the corners until then: its checks say what it does at the others
+        audited = dataclasses.replace(found.audit, interrupted=True)
+        return dataclasses.replace(found, audit=audited)
+    assert found is not None
     return found
 
 

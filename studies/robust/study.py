@@ -18,6 +18,7 @@ from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.rates import Rate, rate
 from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.stops import kept
 from studies.margin.schema import MarginRequirements
 from studies.robust.config import NOMINAL, RobustTrussStudy, as_dictionary
 from studies.robust.ranges import WorstTruss, extremes
@@ -92,19 +93,25 @@ def _answer(study: RobustTrussStudy, console: Console) -> Result:
     nominal = Search(replace(deployment, margin=None), console).run()
     own = Deployment(NOMINAL_LAW, nominal.deployment.law, deployment.truss, None, deployment.margin)
     robust = search(study, own, console)
-    study = robust.study
+    stopped = robust.audit.interrupted or nominal.interrupted
+    return kept(lambda whole: _result(_found(nominal, robust, own, console, whole)), stopped)
 
+
+def _found(
+    nominal: BestMotion, robust: RobustLaw, own: Deployment, console: Console, whole: bool
+) -> _Found:
+    """Both laws on all trusses; on those that are drawn, too, if the whole is asked for."""
+    study, deployment = robust.study, robust.study.deployment
     laws = (Deployment(ROBUST, robust.law, deployment.truss, None, deployment.margin), own)
     stated = np.array([study.values_of(stated) for stated in study.scenarios.values()])
     scenarios = {law.name: replay(law, stated) for law in laws}
     draws = {}
-    if study.uncertainty.draws and study.uncertainty.scatter:
+    if study.uncertainty.draws and study.uncertainty.scatter and whole:
         console.progress(f"{study.uncertainty.draws} trusses are drawn")
         values = drawn(study)
         draws = {law.name: replay(law, values, console.progress) for law in laws}
     ranges = {law.name: both for law in laws if (both := extremes(study, law)) is not None}
-    found = _Found(study, nominal, robust, laws, scenarios, ranges, draws, bounds(study))
-    return _result(found)
+    return _Found(study, nominal, robust, laws, scenarios, ranges, draws, bounds(study))
 
 
 def _result(found: _Found) -> Result:
@@ -146,7 +153,6 @@ def _result(found: _Found) -> Result:
         remarks=(*_remarks(found, bound), *without_shear(study.deployment)),
         details=_details(found),
         provenance=provenance(),
-        interrupted=found.robust.audit.interrupted or found.nominal.interrupted,
     )
 
 
@@ -226,8 +232,8 @@ def _scenario_checks(found: _Found) -> list[Criterion]:
         passed = bool(least >= asked - TENSION * peak)
         checks.append(Criterion(f"least tension, {name}", "N", float(least), asked, passed))
         if caps.force is not None:
-            kept = bool(peak <= caps.force * (1 + CAPS))
-            checks.append(Criterion(f"rope force, {name}", "N", float(peak), caps.force, kept))
+            within = bool(peak <= caps.force * (1 + CAPS))
+            checks.append(Criterion(f"rope force, {name}", "N", float(peak), caps.force, within))
     return [*checks, *_range_checks(found)]
 
 
@@ -240,8 +246,8 @@ def _range_checks(found: _Found) -> list[Criterion]:
     taut = bool(least.value >= asked - TENSION * largest.value)
     checks = [Criterion("least tension in the ranges", "N", least.value, asked, taut)]
     if caps.force is not None:
-        kept = bool(largest.value <= caps.force * (1 + CAPS))
-        checks.append(Criterion("rope force in the ranges", "N", largest.value, caps.force, kept))
+        within = bool(largest.value <= caps.force * (1 + CAPS))
+        checks.append(Criterion("rope force in the ranges", "N", largest.value, caps.force, within))
     return checks
 
 
@@ -344,7 +350,11 @@ def _on_rates(found: _Found) -> list[str]:
     """How often each law breaks its limits, in words."""
     study, rates = found.study, _rates(found)
     if not rates:
-        why = "no draws are asked for" if study.uncertainty.scatter else "no scatter is stated"
+        why = "the study was stopped before"
+        if not study.uncertainty.draws:
+            why = "no draws are asked for"
+        elif not study.uncertainty.scatter:
+            why = "no scatter is stated"
         return [f"No trusses were drawn: {why}."]
     level, motors = 100 * study.uncertainty.confidence, _motors(found)
     remarks = [

@@ -14,6 +14,7 @@ from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.result import Result, Series
+from studies.common.stops import kept
 from studies.truss.checks import (
     criteria,
     engine_criterion,
@@ -71,6 +72,10 @@ def run(
 
 def result_of(study: TrussStudy, best: BestMotion) -> Result:
     """The result that the best motion of a search gives."""
+    return kept(lambda whole: _result(study, best), best.interrupted)
+
+
+def _result(study: TrussStudy, best: BestMotion) -> Result:
     duration = best.deployment.law.duration
     laws = [best.deployment, *paper_laws(study.truss, duration, study.drive, study.margin)]
     bounds, remarks = _bounds_of_the_table(study, best)
@@ -111,7 +116,6 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
         ),
         details={**_details(best), **margins.details},
         provenance=provenance(),
-        interrupted=best.interrupted,
     )
 
 

@@ -128,6 +128,24 @@ def test_what_has_ended_is_kept_when_the_user_stops(forked, name):
     assert all("'slow' was stopped" in why for _, why in found.failures)
 
 
+def test_a_stop_after_the_last_start_was_solved_is_handed_on(monkeypatch):
+    """It comes too late for the solver, as during the verification, yet it stops what follows."""
+
+    def late(problem, **given):
+        found = solve(problem, **given)
+        os.kill(os.getpid(), signal.SIGINT)
+        return found
+
+    monkeypatch.setattr("ocp.analysis.starts.start_answer.solve", late)
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        found = audit(starts={"only": effort("only")}, processes=1, settings=FEW)
+    finally:
+        signal.signal(signal.SIGINT, former)
+    assert found.interrupted
+    assert found.best.objective == pytest.approx(12, rel=1e-6)
+
+
 def test_what_a_stopped_start_had_reached_is_kept():
     interrupts = []
 

@@ -318,9 +318,8 @@ class _Starts:
                 failures=self.failures,
                 progress=partial(_prefixed, say, _prefix(number, named, name)) if say else None,
             )
-            # what comes too late to stop this start leaves out those after it
-            stopped = isinstance(answer.error, Interrupted)
-            stopped = stopped or (answer.stopped and number < len(named))
+            # what comes too late to stop this start leaves out those after it, and after the audit
+            stopped = answer.stopped or isinstance(answer.error, Interrupted)
             yield self._trial(name, answer), stopped
             if stopped:
                 return
@@ -342,6 +341,8 @@ class _Starts:
             for one in found:
                 trial = one if isinstance(one, Trial) else self._trial(one[0].name, one[1])
                 yield trial, interrupts.asked
+            if interrupts.asked:  # while the last processes ended
+                raise KeyboardInterrupt
 
     def _jobs(self, named: Mapping[str, StartLike]) -> Iterator[StartJob | Trial]:
         """What is sent to processes, or has come of a start already, each when its turn comes."""

@@ -42,6 +42,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.stops import kept
 
 Say = Callable[[str], None]
 OPTIMUM = "optimum"
@@ -135,6 +136,7 @@ def compare(
     """Every baseline with an optimum of no higher peak torque, looser caps first.
 
     A tighter motion also serves a looser cap. `follow` also computes what the baselines leave.
+    Where the user stops it there are fewer pairs, but one at least.
     """
     replays = []
     for name in baseline_names(drive):
@@ -148,9 +150,13 @@ def compare(
     residual = max(FLOOR, min(RESIDUAL, least if limit is None else limit * least))
     motions: dict[float, Refined] = {}
     pairs = []
-    for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
-        refined = motion_under(stage, baseline, motions, residual, say, live)
-        pairs.append(Pair(baseline, refined, limit))
+    try:
+        for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
+            refined = motion_under(stage, baseline, motions, residual, say, live)
+            pairs.append(Pair(baseline, refined, limit))
+    except KeyboardInterrupt:
+        if not pairs:
+            raise
     return pairs
 
 
@@ -195,6 +201,23 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
     stage = study.slew
     limit = None if is_slow(stage) else SHARES[stage.name]
     pairs = compare(stage, study.drive, limit, console.progress, console.live, follow=follow)
+    stopped = len(pairs) < len(baseline_names(study.drive))
+
+    def result(whole: bool) -> Result:
+        profiles = _profiles(pairs, console.live) if follow and whole else {}
+        arrays = _arrays(pairs, profiles) if follow and whole else {}
+        return _result(study, pairs, profiles, arrays)
+
+    return kept(result, stopped)
+
+
+def _result(
+    study: BaselinesStudy,
+    pairs: Sequence[Pair],
+    profiles: Mapping[str, SampledProfile],
+    arrays: Mapping[str, Series],
+) -> Result:
+    stage, limit = study.slew, pairs[0].limit
 
     # a column for each law, with its own optimum below it
     columns = {pair.baseline.motion.name: _quantities(pair) for pair in pairs}
@@ -209,14 +232,13 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
     if limit is None and tightest.optimum is not None:
         remarks.append(str(numerical_floor(tightest.optimum.motion)))
 
-    profiles = _profiles(pairs, console.live) if follow else {}
     return Result(
         kind="arm-baselines",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=_arrays(pairs, profiles) if follow else {},
+        arrays=arrays,
         table=table_rows(columns),
-        verdict=_verdict(pairs),
+        verdict=_verdict(pairs, len(baseline_names(study.drive))),
         checks=(
             *(_holds(pair) for pair in pairs),
             *(
@@ -300,7 +322,11 @@ def _holds(pair: Pair) -> Criterion:
     return Criterion(name, unit, value, limit, pair.holds, sentence)
 
 
-def _verdict(pairs: Sequence[Pair]) -> Verdict:
+def _verdict(pairs: Sequence[Pair], laws: int) -> Verdict:
+    if len(pairs) < laws:
+        return Verdict(
+            "unverified", f"unverified: stopped with an optimum beside {len(pairs)} of {laws} laws"
+        )
     # an optimum whose mesh is too coarse may owe its stillness to the mesh
     if loose := [pair.baseline.motion.name for pair in pairs if not pair.resolved]:
         return Verdict(
@@ -308,8 +334,8 @@ def _verdict(pairs: Sequence[Pair]) -> Verdict:
             f"unverified: beside {' and '.join(loose)} no optimum was found that is still enough "
             "and that a finer mesh does not change",
         )
-    kept = "every" if all(pair.holds for pair in pairs) else "NOT every"
-    return Verdict("local", f"local: {kept} optimum is as still as asked, beside its law")
+    every = "every" if all(pair.holds for pair in pairs) else "NOT every"
+    return Verdict("local", f"local: {every} optimum is as still as asked, beside its law")
 
 
 def _profiles(pairs: Sequence[Pair], live: Say) -> dict[str, SampledProfile]:

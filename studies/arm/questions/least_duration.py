@@ -52,6 +52,7 @@ from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Result, Verdict
 
 Say = Callable[[str], None]
+OPTIMUM = "optimum"
 RESIDUAL = 1e-6  # [J] that a motion of least duration may leave
 _PART = 32  # durations scanned before the full model is asked
 _SLACK = 0.999  # of the optimum's cap, for peaks between the points and the reaction of the model
@@ -94,21 +95,30 @@ def rigid_peak(stage: Stage, law: NamedLaw) -> float:
 def least_durations(
     stage: Stage, drive: Drive, cap: float, console: Console
 ) -> list[LeastDuration]:
-    """The optimum and every baseline under a drive and a torque cap [N m], side by side."""
+    """The optimum and every baseline under a drive and a torque cap [N m], side by side.
+
+    Where the user stops it the optimum, which is first, is missing, and perhaps some baselines.
+    """
     names = baseline_names(drive)
     parts = [
         *(Part(of_baseline, (stage, name, drive, cap)) for name in reversed(names)),
         Part(of_optimum, (stage, drive, cap)),
     ]
     # begun with what takes longest: shapers, whose torque jumps, which are named last
-    return list(side_by_side(parts, console))[::-1]
+    found: list[LeastDuration] = []
+    try:
+        found.extend(side_by_side(parts, console))
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    return found[::-1]
 
 
 def of_optimum(stage: Stage, drive: Drive, cap: float, console: Console) -> LeastDuration:
     """Bisection of the duration between one that passes and one that does not."""
     say, live = console.progress, console.live
     turn = stage.inertia_turns[stage.moving[0]]
-    best, coarsest = LeastDuration("optimum", None), 0
+    best, coarsest = LeastDuration(OPTIMUM, None), 0
     low, high = OPTIMUM_FACTORS
     factor = high  # of J D/T^2 in the cap: the larger, the longer the duration
 
@@ -129,7 +139,7 @@ def of_optimum(stage: Stage, drive: Drive, cap: float, console: Console) -> Leas
         else:
             say(f"optimum in {duration:.4g} s leaves {done.residual_energy:.2e} J")
             if passes(done, cap):
-                best, high = _least("optimum", done), factor
+                best, high = _least(OPTIMUM, done), factor
                 # all that follow are shorter, with less to spare under the cap: a mesh that was
                 # too coarse for this one is for them
                 coarsest = motion.intervals
@@ -304,26 +314,31 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     durations = least_durations(stage, drive, cap, console)
 
     rows = table_rows({law.name: _quantities(law) for law in durations})
-    # the optimum stands first
-    best, others = durations[0].duration, durations[1:]
+    # the optimum stands first, unless it is missing
+    stopped = durations[0].name != OPTIMUM
+    best, others = (None, durations) if stopped else (durations[0].duration, durations[1:])
     remarks = [
         f"each leaves at most {RESIDUAL:g} J on the full ANCF model under {cap:.5g} N m: the "
         f"Bezier law's peak torque in {stage.duration:g} s, {drive} drive",
         "what a law leaves falls and rises with its duration: a baseline's is the first found "
         "that passes, often a narrow dip",
     ]
-    remarks += [f"{other.name}: {_beside(best, other)}" for other in others]
+    if not stopped:
+        remarks += [f"{other.name}: {_beside(best, other)}" for other in others]
     return Result(
         kind="arm-least-duration",
         question=study.question,
         configuration=as_dictionary(study),
         table=rows,
         bounds={"rigid arm: duration [s]": stage.least_duration(cap)},
-        verdict=_verdict(best, others),
+        verdict=Verdict("unverified", f"unverified: stopped with {len(others)} laws, no optimum")
+        if stopped
+        else _verdict(best, others),
         costs_elsewhere=costs_elsewhere(rows),
         remarks=tuple(remarks),
         details={"drive": drive, "torque_cap_Nm": cap, "residual_limit_J": RESIDUAL},
         provenance=provenance(),
+        interrupted=stopped,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.folder import provenance
 from studies.common.result import Result
+from studies.common.stops import kept
 from studies.pareto.config import configuration_of
 from studies.pareto.laws import DRAWN, axis_of, broken_titles, compared, laws_in
 from studies.pareto.motions import motion_series
@@ -35,6 +36,11 @@ from studies.truss.motions.deployment import Deployment
 
 def result_of(sliced: TrussSurface, stack: Stack) -> Result:
     """The result that a surface gives."""
+    return kept(lambda whole: _result(sliced, stack, whole), stack.stopped)
+
+
+def _result(sliced: TrussSurface, stack: Stack, whole: bool) -> Result:
+    """The result; the whole one has the curves of the laws, and else their points."""
     study, surface = sliced.study, stack.surface
     pareto = study.pareto
     axes = SurfaceAxes(*(axis_of(name) for name in pareto.in_order))
@@ -44,6 +50,9 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
     motion, *ends = _shown(surface, chosen, axes, drawn=pareto.coarse)
     table, proven = compared(study.truss, pareto.in_order, [motion, *ends, *laws])
     also_found = tuple(end.name for end in ends)
+    places = {law.name: [_place(law, axes)] for law in laws}
+    if whole:
+        places = _places(sliced, surface, axes)
 
     return Result(
         kind="pareto-truss",
@@ -51,7 +60,7 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
         configuration=configuration_of(study),
         arrays={
             **surface_series(surface, bounds, axes),
-            **surface_law_series(_places(sliced, surface, axes), axes),
+            **surface_law_series(places, axes),
             **motion_series([point.point for point in surface.points]),
         },
         table=table,
@@ -83,7 +92,6 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
             "solves": sliced.alone.solves + sum(one.subject.solves for one in stack.slices),
         },
         provenance=provenance(),
-        interrupted=stack.stopped,
     )
 
 
@@ -101,7 +109,11 @@ def _places(
     else:
         durations = np.linspace(low, high, DRAWN if high > low else 1).tolist()
     pairs = [laws_in(sliced.alone.truss, duration) for duration in durations]
-    return {laws[0].name: [_place(law, axes) for law in laws] for laws in zip(*pairs, strict=True)}
+    only = frozenset(axis.key for axis in (axes.x, axes.y, axes.z))
+    return {
+        laws[0].name: [_place(dataclasses.replace(law, only=only), axes) for law in laws]
+        for laws in zip(*pairs, strict=True)
+    }
 
 
 def _shown(

@@ -181,6 +181,8 @@ class Search:
 
         floor = self.study.caps.least_tension
         if not with_forces and best.deployment.values["least-tension"] < floor:
+            if self.interrupted:  # what was found is no motion that the rope can pull
+                raise StudyError(STOPPED, ExitCode.INTERRUPTED)
             self.console.progress("the rope would have to push: again with forces in the problem")
             self.remarks.append("The rope's pull limits this motion (T1 >= 0 is active).")
             best = self._from_all_starts(True)

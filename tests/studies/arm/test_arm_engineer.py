@@ -224,6 +224,7 @@ def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, cap
     )
     pairs = [Pair(done, refined, 1.0)]
     monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
+    monkeypatch.setattr("studies.arm.questions.baselines.baseline_names", lambda _: ["quintic"])
     monkeypatch.setattr("studies.arm.questions.baselines._arrays", lambda *_: {})
     monkeypatch.setattr("studies.arm.questions.baselines._profiles", lambda *_: {})
     asked = ["arm", "baselines", "--no-figures", "--results"]
@@ -254,10 +255,33 @@ def test_an_optimum_is_judged_beside_its_own_law(big, monkeypatch, asked, share,
     )
     pairs = [Pair(done, dataclasses.replace(refined, change=change), share)]
     monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
+    monkeypatch.setattr("studies.arm.questions.baselines.baseline_names", lambda _: ["quintic"])
     verdict = compare_baselines(BaselinesStudy(), silent(), follow=False).verdict
     assert verdict.kind == kind
     if kind == "unverified":
         assert "beside quintic no optimum was found" in verdict.sentence
+
+
+def test_optima_that_were_found_are_kept_when_the_user_stops(big, monkeypatch):
+    done, _ = big
+    refined = Refined(SimpleNamespace(reduced_energy=0.0), done, (Round(100, 0.0, 0.0, 0.0),), 1.0)
+    asked = []
+
+    def found(*_):
+        asked.append(1)
+        if len(asked) > 1:
+            raise KeyboardInterrupt
+        return refined
+
+    room = "studies.arm.questions.baselines"
+    monkeypatch.setattr(f"{room}.baseline_names", lambda _: ["quintic", "Bezier"])
+    monkeypatch.setattr(f"{room}.baseline_law", lambda *_: SimpleNamespace(name="quintic"))
+    monkeypatch.setattr(f"{room}.replay_law", lambda *_, **__: done)
+    monkeypatch.setattr(f"{room}.motion_under", found)
+    result = compare_baselines(BaselinesStudy(), silent())
+    assert result.interrupted
+    assert "stopped with an optimum beside 1 of 2 laws" in result.verdict.sentence
+    assert result.laws == ("quintic",)
 
 
 def test_at_a_slow_pace_an_optimum_has_a_floor_to_stay_under(big, monkeypatch):
@@ -270,6 +294,7 @@ def test_at_a_slow_pace_an_optimum_has_a_floor_to_stay_under(big, monkeypatch):
     )
     room = "studies.arm.questions.baselines"
     monkeypatch.setattr(f"{room}.compare", lambda *_, **__: [Pair(done, refined, None)])
+    monkeypatch.setattr(f"{room}.baseline_names", lambda _: ["quintic"])
     monkeypatch.setattr(f"{room}.is_slow", lambda _: True)
     monkeypatch.setattr(f"{room}.numerical_floor", lambda _: "the floor")
     found = compare_baselines(BaselinesStudy(), silent(), follow=False)

@@ -15,7 +15,7 @@ from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.questions.fronts import study as study_module
 from studies.arm.questions.fronts.laws import TimedLaw
 from studies.arm.questions.fronts.point import AXES, Demand, most_left, unit_of
-from studies.arm.questions.fronts.study import front_result, walked_front
+from studies.arm.questions.fronts.study import front_result, laws_beside, walked_front
 from studies.arm.questions.fronts.subject import ArmFront, _NotStillError
 from studies.arm.stage import big_arm
 from studies.arm.trade_off import TradeOffStudy
@@ -229,6 +229,17 @@ def test_points_are_still_and_their_slopes_are_those_of_differences(short_front)
     ]
     difference = (torque[1] - torque[0]) / (right.x - left.x)
     assert 0.5 * (left.slope + right.slope) == pytest.approx(difference, rel=0.02)
+
+
+def test_after_a_stop_the_laws_are_replayed_in_one_duration(monkeypatch):
+    monkeypatch.setattr(
+        "studies.arm.questions.fronts.study.laws_in", lambda stage, durations, console: durations
+    )
+    study = question_from(TradeOffStudy, SHORT)
+    assert study.limited == "time"
+    whole, short = (laws_beside(study, (7.0, 9.0), silent(), whole) for whole in (True, False))
+    assert len(whole) > 2
+    assert short == [8.0]
 
 
 @pytest.mark.slow

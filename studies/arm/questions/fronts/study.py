@@ -25,6 +25,7 @@ from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
 from studies.common.folder import provenance
 from studies.common.result import Result
+from studies.common.stops import kept
 from studies.pareto.columns import front_details, front_series, law_series
 from studies.pareto.surface.columns import surface_details, surface_law_series, surface_series
 from studies.pareto.surface.shape import middle_of, named_points
@@ -49,10 +50,21 @@ def front(study: TradeOffStudy, console: Console) -> Result:
     """
     if study.sliced is not None:
         stack = SurfaceWalk(ArmSurface(study, console), console).run()
-        return surface_result(study, stack, laws_beside(study, stack.surface.limits, console))
+
+        def surface(whole: bool) -> Result:
+            laws = laws_beside(study, stack.surface.limits, console, whole)
+            return surface_result(study, stack, laws)
+
+        return kept(surface, stack.stopped)
+
     subject = ArmFront(study, console)
     walked = walked_front(subject)
-    return front_result(subject, walked, laws_beside(study, _span(walked), console))
+
+    def of_two(whole: bool) -> Result:
+        laws = laws_beside(study, _span(walked), console, whole)
+        return front_result(subject, walked, laws)
+
+    return kept(of_two, walked.stopped)
 
 
 def walked_front(subject: ArmFront) -> Walked:
@@ -76,19 +88,23 @@ def _span(walked: Walked) -> tuple[float, float]:
     return points[0].x, points[-1].x
 
 
-def laws_beside(study: TradeOffStudy, limits: Sequence[float], console: Console) -> list[TimedLaw]:
+def laws_beside(
+    study: TradeOffStudy, limits: Sequence[float], console: Console, whole: bool
+) -> list[TimedLaw]:
     """The paper's laws in the durations of slices, along a front of it, or in the stage's.
 
     Parameters
     ----------
     limits : of the slices, or the ends of a front.
+    whole : whether all of these durations are asked for, and else the middle one.
     """
     durations: Sequence[float] = [study.slew.duration]
     if study.sliced == "time":
         durations = limits
     elif study.limited == "time":
         durations = np.linspace(limits[0], limits[-1], FRONT_LAWS).tolist()
-    return laws_in(study.slew, durations, console)
+    middle = len(durations) // 2
+    return laws_in(study.slew, durations if whole else durations[middle : middle + 1], console)
 
 
 def front_result(subject: ArmFront, walked: Walked, laws: Sequence[TimedLaw]) -> Result:
@@ -135,7 +151,6 @@ def front_result(subject: ArmFront, walked: Walked, laws: Sequence[TimedLaw]) ->
             "stage": _stage_details(study.slew),
         },
         provenance=provenance(),
-        interrupted=walked.stopped,
     )
 
 
@@ -179,7 +194,6 @@ def surface_result(study: TradeOffStudy, stack: Stack, laws: Sequence[TimedLaw])
             "stage": _stage_details(study.slew),
         },
         provenance=provenance(),
-        interrupted=stack.stopped,
     )
 
 

@@ -1,0 +1,165 @@
+"""The show "interrupts": each sub-command, stopped by Ctrl-C at several moments, answers soon.
+
+A case starts one command in a process group of its own, as a terminal does, and sends SIGINT to the
+group when its processes have used so many seconds of processor time. The seconds until the end are
+wall time and processor time. The processor time is held against the limit, because a loaded machine
+stretches wall time. It is read from Linux's /proc.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from benchmarks.processes import THREADS
+from benchmarks.records import ROOT
+from benchmarks.shows.fuzz.commands import made_folder
+from benchmarks.shows.fuzz.said import MARK, faults_of
+from benchmarks.shows.show import Question, Row
+from studies.cli import COMMANDS
+from studies.common.console import Table
+from studies.common.exit_codes import ExitCode
+
+LINE = "each sub-command stopped by Ctrl-C at several moments, with the seconds until it has ended"
+LIMIT = 900.0  # [s]
+SOON = 2.0  # [s] of processor time from Ctrl-C to the end
+MOMENTS = (1.0, 3.0, 6.0, 12.0, 20.0)  # [s] of processor time
+LOOK = 0.01  # [s] between two looks at the processes
+KILLED = 10.0  # [s] of processor time after which a command that does not answer is killed
+
+STUDY = """duration = 140
+[caps]
+jerk = "bezier"
+[truss]
+pulley_friction = 0.01
+[robust]
+draws = 10000
+[robust.scenarios.rough]
+pulley_friction = 0.015
+joint_friction = 0.15
+[robust.scatter.pulley_friction]
+low = 0.005
+high = 0.015
+"""
+SWEEP = """base.minimise = "energy"
+parameters.duration = [4.0, 5.0, 6.0, 7.0]
+"""
+FRONT = ("--objectives", "time,peak-acceleration", "--duration", "4..6")
+# the ordinary form of each; capital words stand for files
+WORDS: Mapping[str, Sequence[str]] = {
+    "truss": ("--objective", "peak-force", "--duration", "60"),
+    "codesign": ("--objective", "peak-force", "--duration", "140", "--jerk-cap", "bezier"),
+    "robust truss": ("STUDY",),
+    "pareto truss": (*FRONT, "--rope-acceleration-cap", "2"),
+    "flex": ("--preset", "double-pendulum"),
+    "check": ("PROFILE",),
+    "sweep": ("SWEEP",),
+    "report": ("RESULTS", "--to", "OUT"),
+    "export": ("RESULTS", "--to", "pvt", "--output", "NEW"),
+}
+TO_FOLDER = set(COMMANDS) - {"report", "export"}
+
+
+def question(seed: int, index: int) -> Question:
+    """The command and the moment of a case; the seed changes nothing."""
+    names = list(COMMANDS)
+    name = names[index % len(names)]
+    return {"name": name, "at": MOMENTS[index // len(names) % len(MOMENTS)]}
+
+
+def answer(question: Question, folder: Path) -> Row:
+    """Start the command, stop it, and look at how it ends."""
+    made = made_folder(folder.parent)
+    files = {"STUDY": folder / "study.toml", "SWEEP": folder / "sweep.toml"}
+    files["STUDY"].write_text(STUDY)
+    files["SWEEP"].write_text(SWEEP)
+    places = {**files, "RESULTS": made, "PROFILE": made / "profile.csv"}
+    name = question["name"]
+    words = [*name.split(), *(str(places.get(word, word)) for word in WORDS.get(name, ()))]
+    if name in TO_FOLDER:
+        words += ["--results", "kept"]
+    with (folder / "said.txt").open("w+", encoding="utf-8") as said:
+        row = _stopped(words, question["at"], folder, said.fileno())
+        said.seek(0)
+        text = said.read()
+
+    faults = faults_of(row["code"], text)
+    if row["processor"] > SOON:
+        faults.append(f"{row['processor']:.1f} s of processor time until it ended")
+    if row["stopped"] and row["code"] not in (ExitCode.INTERRUPTED, ExitCode.OK):
+        faults.append(f"exit code {row['code']}")
+    messages = [line.removeprefix(MARK) for line in text.splitlines() if line.startswith(MARK)]
+    written = sorted(path.name for path in (folder / "kept").glob("*"))
+    return {**row, "said": messages[-1:], "kept": written, "faults": faults}
+
+
+def _stopped(words: Sequence[str], at: float, folder: Path, said: int) -> Row:
+    """The exit code of a command that is stopped at a moment, and the times until its end [s]."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "antenna_ocp", *words],
+        cwd=folder,
+        env={**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": str(ROOT)},
+        stdin=subprocess.DEVNULL,
+        stdout=said,
+        stderr=said,
+        process_group=0,
+    )
+    while process.poll() is None and processor_of(process.pid) < at:
+        time.sleep(LOOK)
+    stopped, begun, wall = process.returncode is None, processor_of(process.pid), time.monotonic()
+    used = begun
+    if stopped:
+        os.killpg(process.pid, signal.SIGINT)
+    while process.poll() is None:
+        used = max(used, processor_of(process.pid))
+        if used - begun > KILLED:
+            os.killpg(process.pid, signal.SIGKILL)
+        time.sleep(LOOK)
+    wall = time.monotonic() - wall if stopped else 0.0
+    return {"code": process.returncode, "stopped": stopped, "wall": wall, "processor": used - begun}
+
+
+def processor_of(process: int) -> float:
+    """Processor time of a process and of those that it has started [s]; 0 if it has ended."""
+    place = Path(f"/proc/{process}")
+    try:
+        fields = (place / "stat").read_text().rpartition(")")[2].split()
+        children = (place / "task" / str(process) / "children").read_text().split()
+    except OSError:
+        return 0.0
+    own = sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+    return own + sum(processor_of(int(child)) for child in children)
+
+
+def tables(rows: Sequence[Row]) -> list[Table]:
+    """Return each case in a row, and the longest times."""
+    head = ("command", "at [s]", "code", "wall [s]", "processor [s]", "kept", "said", "faults")
+    cells = [_cells(row) for row in rows]
+    sent = [row for row in rows if row.get("stopped")]
+    total = {
+        "stopped": len(sent),
+        "ended before": len(rows) - len(sent),
+        "with a fault": sum(bool(row["failure"] or row["faults"]) for row in rows),
+        "longest until the end [s of processor time]": f"{_most(sent, 'processor'):.1f}",
+        "longest until the end [s of wall time]": f"{_most(sent, 'wall'):.1f}",
+    }
+    totals = Table("In total", ("", ""), [(name, str(value)) for name, value in total.items()])
+    return [Table("Stopped by Ctrl-C", head, cells), totals]
+
+
+def _most(rows: Sequence[Row], name: str) -> float:
+    return max((row[name] for row in rows), default=0.0)
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    named = (row["name"], f"{row['at']:g}")
+    if row["failure"]:
+        return (*named, "-", "-", "-", "-", "-", row["failure"])
+    times = (f"{row['wall']:.1f}", f"{row['processor']:.1f}") if row["stopped"] else ("-", "-")
+    words = (f"{len(row['kept'])} files", (row["said"] or ["-"])[0], "; ".join(row["faults"]))
+    return (*named, str(row["code"]), *times, *words)
