@@ -69,7 +69,7 @@ def question(seed: int, index: int) -> Question:
     rng = np.random.default_rng([seed, index])
     exceeds = index % 3 == 2
     law = str(rng.choice(LAWS[:3] if exceeds else LAWS))
-    drawn: Question = {
+    drawn: dict[str, Any] = {
         "law": law,
         "duration": float(f"{np.exp(rng.uniform(*np.log(DURATIONS))):.4g}"),
         "jerk": float(f"{np.exp(rng.uniform(*np.log(JERKS))):.4g}"),

@@ -49,7 +49,7 @@ def answer(question: Question, folder: Path) -> Row:
     front, seconds = walked.front, time.process_time() - begin
 
     span = front.points[0].x, front.points[-1].x
-    result = front_result(subject, walked, laws_beside(subject.study, span, silent()))
+    result = front_result(subject, walked, laws_beside(subject.study, span, silent(), True))
     keep(result, folder)
 
     places = np.linspace(1, len(front.points) - 2, SAMPLED).round().astype(int)
