@@ -360,7 +360,7 @@ class _Walk:
 
         iterations = result.iterations
         point = StartingPoint.at(result)
-        stationary = stationary_point(meshes, program, point, seems_least=result.seems_least)
+        stationary = stationary_point(meshes, program, point, seems_least=bool(result.seems_least))
         if not stationary.is_minimum:
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
             rounds = [record_of(program.mesh, result, None)]

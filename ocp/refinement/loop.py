@@ -264,10 +264,11 @@ def _after_solved(
     program, result = found.program, found.result
     last = meshes.examined(program, result, tight=not planned.rough, finer=planned.finer)
     solved.append(last)
+
+    # a policy that adapts reads the errors; the record of another one is not to wait for them
+    following = planned.policy.next_mesh(solved, accuracy)
     rounds.append(record_of(program.mesh, result, last, found.starts, found.lost))
     log.info("mesh iteration %d: %s", len(rounds), rounds[-1])
-
-    following = planned.policy.next_mesh(solved, accuracy)
     return _Step(
         following,
         planned.policy,

@@ -11,6 +11,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
 from ocp.keywords import checked_methods
+from ocp.later import Lazy
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.mesh import Mesh, distinct
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
@@ -46,6 +47,9 @@ _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 class Solution:
     """A verified trajectory and how it came about.
 
+    On a fixed mesh the answer does not depend on its replay, its verification and its verdict. They
+    are worked out when they are first read. Multipliers always are.
+
     Attributes
     ----------
     problem : Problem
@@ -77,15 +81,15 @@ class Solution:
     problem: Problem
     objective: float
     trajectory: Trajectory
-    replayed: Trajectory
-    replay: SimulatedMotion
-    verification: Verification
+    replayed: Lazy[Trajectory] = Lazy()
+    replay: Lazy[SimulatedMotion] = Lazy()
+    verification: Lazy[Verification] = Lazy()
     mesh: Mesh
     mesh_iterations: tuple[MeshIteration, ...]
-    verdict: str
+    verdict: Lazy[str] = Lazy()
+    multipliers: Lazy[Multipliers | None] = Lazy()
     evaluator: Evaluator
     seconds: float = 0.0
-    multipliers: Multipliers | None = None
     iterate: Iterate | None = None
 
     def __repr__(self) -> str:
