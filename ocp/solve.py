@@ -146,7 +146,8 @@ def solve_from(
         check_parts(meshes.problem, iterate.trajectory)
         if not (settings.refinement.adapts and settings.verify):
             # no decision depends on what the replay finds
-            return _solution(meshes, refinement, cache(partial(_checked, meshes, refinement.best)), bound)
+            check = cache(partial(_checked, meshes, refinement.best))
+            return _solution(meshes, refinement, check, bound)
         checked = _checked(meshes, refinement.best)
         seconds += checked.verification.seconds
 
@@ -337,13 +338,17 @@ def _solution(
         raise error
 
     fitted = fitted_to_switches(iterate)
-    if remark := _remark_on_steps(meshes, iterate):
-        warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=5)
 
-    def verdict() -> str:
+    def verdict(calls: int) -> str:
+        """The verdict. A warning names the line so many calls away, which solves or reads it."""
         passed = checked().verification.passed
         said = verdict_on(meshes, refinement, fitted, bound) if passed else "unverified"
-        return "; ".join(filter(None, (said, remark)))
+        if remark := _remark_on_steps(meshes, iterate):
+            said += f"; {remark}"
+            warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=calls)
+        return said
+
+    adapts = settings.refinement.adapts
 
     solution = Solution(
         problem=meshes.problem,
@@ -354,7 +359,7 @@ def _solution(
         verification=Later(lambda: checked().verification),
         mesh=iterate.mesh,
         mesh_iterations=refinement.rounds,
-        verdict=Later(verdict),
+        verdict=verdict(6) if adapts else Later(lambda: verdict(4)),
         multipliers=Later(lambda: multipliers(fitted)),
         evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
@@ -362,8 +367,8 @@ def _solution(
     )
 
     # on a fixed mesh the user wants to see what it gives
-    if settings.refinement.adapts and settings.verify and not checked().verification.passed:
-        raise _unverified(meshes, refinement, solution, remark)
+    if adapts and settings.verify and not solution.verification.passed:
+        raise _unverified(meshes, refinement, solution)
     return solution
 
 
@@ -374,13 +379,12 @@ def _remark_on_steps(meshes: MeshSolver, iterate: Iterate) -> str:
     return "; ".join(filter(None, (along, beside)))
 
 
-def _unverified(
-    meshes: MeshSolver, refinement: Refinement, solution: Solution, remark: str
-) -> Unverified:
+def _unverified(meshes: MeshSolver, refinement: Refinement, solution: Solution) -> Unverified:
     """The error of an answer that did not pass; a remark on steps explains that better."""
     ended = refinement.ending == "budget"
     when = f" when the budget of {meshes.budget} was used up" if ended else ""
     reasons = "; ".join(solution.verification.reasons)
+    remark = _remark_on_steps(meshes, refinement.best.iterate)
     bends = remedy_for_bends(meshes.problem)
     advice = remark or f"{bends}loosen the tolerance named, allow more rounds or intervals"
     return Unverified(

@@ -242,7 +242,7 @@ class MeshSolver:
         trajectory = trajectory_of(program, result.x, self.parameters)
         iterate = unwrapped(iterate_of(program, result, trajectory), self.evaluator)
         errors = Later(lambda: estimate_errors(iterate, self.evaluator, self.settings.accuracy))
-        violation = float(iterate.limits.excess(result.rows).max(initial=0.0))
+        violation = float(self.limits(program).excess(result.rows).max(initial=0.0))
         return SolvedMesh(
             iterate, errors, violation, tight, finer, result.iterations, result.seems_least
         )

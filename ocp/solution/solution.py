@@ -47,8 +47,8 @@ _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 class Solution:
     """A verified trajectory and how it came about.
 
-    On a fixed mesh the answer does not depend on its replay, its verification and its verdict. They
-    are worked out when they are first read. Multipliers always are.
+    Multipliers are worked out when they are first read, and so are replay, verification and verdict
+    of an answer on a fixed mesh, which does not depend on them.
 
     Attributes
     ----------
