@@ -8,48 +8,35 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, TypeVar, cast
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Later(Generic[T]):
-    """A value for a `Lazy` field that is worked out when the field is first read.
+class _Later:
+    """Works a value out."""
 
-    Attributes
-    ----------
-    make : callable
-        Works it out. The field lets go of it afterwards.
-    """
-
-    make: Callable[[], T]
+    make: Callable[[], Any]
 
 
-class Lazy(Generic[T]):
-    """A field of a dataclass that takes a value, or a `Later` of it: ``name: Lazy[T] = Lazy()``."""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    @overload
-    def __get__(self, instance: None, owner: type) -> Lazy[T]: ...
-    @overload
-    def __get__(self, instance: object, owner: type) -> T: ...
-    def __get__(self, instance: object | None, owner: type) -> Lazy[T] | T:
-        if instance is None:
-            raise AttributeError(self._name)  # tells `dataclass` that there is no default
-        value = vars(instance)[self._name]
-        if isinstance(value, Later):
-            value = vars(instance)[self._name] = value.make()
-        known: T = value
-        return known
-
-    def __set__(self, instance: object, value: T | Later[T]) -> None:
-        vars(instance)[self._name] = value
+def later(make: Callable[[], T]) -> T:
+    """A value for a lazy field, which is worked out when the field is first read."""
+    return cast(T, _Later(make))
 
 
-def read_later(instance: object, name: str, read: Callable[[Any], T]) -> T | Later[T]:
+def lazy_fields(*names: str) -> Callable[[type[T]], type[T]]:
+    """Let some fields of a dataclass be given `later`; others may be, too, by their values."""
+
+    def made(kind: type[T]) -> type[T]:
+        for name in names:
+            setattr(kind, name, _Lazy(name))
+        return kind
+
+    return made
+
+
+def read_later(instance: object, name: str, read: Callable[[Any], T]) -> T:
     """Something of a lazy field: now if the field is known, else when it is asked for.
 
     Parameters
@@ -59,6 +46,24 @@ def read_later(instance: object, name: str, read: Callable[[Any], T]) -> T | Lat
     read : callable
         Takes it from the field's value.
     """
-    if isinstance(vars(instance)[name], Later):
-        return Later(lambda: read(getattr(instance, name)))
+    if isinstance(vars(instance)[name], _Later):
+        return later(lambda: read(getattr(instance, name)))
     return read(getattr(instance, name))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Lazy:
+    """The descriptor of a lazy field, which keeps a value among those of the instance."""
+
+    name: str
+
+    def __get__(self, instance: object | None, owner: type) -> Any:
+        if instance is None:
+            return self
+        value = vars(instance)[self.name]
+        if isinstance(value, _Later):
+            value = vars(instance)[self.name] = value.make()
+        return value
+
+    def __set__(self, instance: object, value: Any) -> None:
+        vars(instance)[self.name] = value

@@ -12,7 +12,7 @@ from typing import Any
 
 from ocp.errors import Interrupted, StatementError, StatementWarning, Unverified
 from ocp.keywords import checked_keywords
-from ocp.later import Later
+from ocp.later import later
 from ocp.mesh.first_mesh import following
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
@@ -354,13 +354,13 @@ def _solution(
         problem=meshes.problem,
         objective=iterate.objective,
         trajectory=iterate.trajectory,
-        replayed=Later(lambda: checked().replayed),
-        replay=Later(lambda: checked().motion),
-        verification=Later(lambda: checked().verification),
+        replayed=later(lambda: checked().replayed),
+        replay=later(lambda: checked().motion),
+        verification=later(lambda: checked().verification),
         mesh=iterate.mesh,
         mesh_iterations=refinement.rounds,
-        verdict=verdict(6) if adapts else Later(lambda: verdict(4)),
-        multipliers=Later(lambda: multipliers(fitted)),
+        verdict=verdict(6) if adapts else later(lambda: verdict(4)),
+        multipliers=later(lambda: multipliers(fitted)),
         evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
         iterate=fitted,

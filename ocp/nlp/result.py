@@ -8,8 +8,8 @@ from typing import Literal
 
 from ocp.arrays import Array
 
-# The last step begins near the point where the run ends if it is one of so many, or if it changes no
-# scaled unknown by more than this, as after a start from a neighbour.
+# The last step begins near the point where the run ends after so many, or if it changes no scaled
+# unknown by more than this, as after a start from a neighbour.
 _NEAR = 3
 _SHORT = 1e-3
 

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 
-from ocp.later import Later, Lazy, read_later
+from ocp.later import lazy_fields, read_later
 from ocp.mesh.mesh import Mesh
 from ocp.nlp.result import NlpResult
 from ocp.refinement.solved_mesh import SolvedMesh
 
 
+@lazy_fields("dynamics_error", "excess", "gain")
 @dataclass(frozen=True, repr=False)
 class MeshIteration:
     """One mesh iteration: its mesh, what the solver took, and what was wrong between the points.
@@ -56,9 +57,9 @@ class MeshIteration:
     iterations: int
     seconds: float
     objective: float
-    dynamics_error: Lazy[float] = Lazy()
-    excess: Lazy[float] = Lazy()
-    gain: Lazy[float] = Lazy()
+    dynamics_error: float
+    excess: float
+    gain: float
     status: str
     solver: str = "ipopt"
     attempts: int = 1
@@ -79,7 +80,7 @@ def record_of(
 ) -> MeshIteration:
     """The record of a mesh iteration; `solved` is None where the solver failed."""
 
-    def error(name: str) -> float | Later[float]:
+    def error(name: str) -> float:
         return read_later(solved, "errors", attrgetter(name)) if solved else math.nan
 
     return MeshIteration(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from ocp.arrays import Array
-from ocp.later import Later
+from ocp.later import later
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.known_times import times_of
 from ocp.mesh.mesh import Mesh
@@ -241,7 +241,7 @@ class MeshSolver:
         """A solved program with its errors between the points."""
         trajectory = trajectory_of(program, result.x, self.parameters)
         iterate = unwrapped(iterate_of(program, result, trajectory), self.evaluator)
-        errors = Later(lambda: estimate_errors(iterate, self.evaluator, self.settings.accuracy))
+        errors = later(lambda: estimate_errors(iterate, self.evaluator, self.settings.accuracy))
         violation = float(self.limits(program).excess(result.rows).max(initial=0.0))
         return SolvedMesh(
             iterate, errors, violation, tight, finer, result.iterations, result.seems_least

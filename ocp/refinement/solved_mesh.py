@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ocp.later import Lazy
+from ocp.later import lazy_fields
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors
@@ -27,6 +27,7 @@ _WORTH_LITTLE = 0.25
 _TWICE = 2
 
 
+@lazy_fields("errors")
 @dataclass(frozen=True, eq=False, repr=False)
 class SolvedMesh:
     """A mesh iteration that the solver finished, as the next one and the refinement policy see it.
@@ -53,7 +54,7 @@ class SolvedMesh:
     """
 
     iterate: Iterate
-    errors: Lazy[MeshErrors] = Lazy()
+    errors: MeshErrors
     violation: float
     tight: bool
     finer: bool
@@ -97,10 +98,11 @@ class SolvedMesh:
 def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     """The best round that holds between the points, if need be to the slack of a verification.
 
-    The only one is the best one. Of rounds whose objectives are as good, those come first whose controls promise no more than a
+    Of rounds whose objectives are as good, those come first whose controls promise no more than a
     certificate allows, then those that meet their tolerances. One that leaks less is no answer if
-    it lies on a mesh that was too coarse. Without any that holds it is the last round. Errors that
-    are small next to sizes which the last round has shown to be far too large say nothing.
+    it lies on a mesh that was too coarse. Without any that holds it is the last round, which the
+    only one is. Errors that are small next to sizes which the last round has shown to be far too
+    large say nothing.
     """
     if len(solved) == 1:
         return solved[0]

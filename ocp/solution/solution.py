@@ -11,7 +11,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
 from ocp.keywords import checked_methods
-from ocp.later import Lazy
+from ocp.later import lazy_fields
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.mesh import Mesh, distinct
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
@@ -43,6 +43,7 @@ _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 
 
 @checked_methods("value", "sample", "costate", "table", "to_csv", "plot")
+@lazy_fields("replayed", "replay", "verification", "verdict", "multipliers")
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A verified trajectory and how it came about.
@@ -81,13 +82,13 @@ class Solution:
     problem: Problem
     objective: float
     trajectory: Trajectory
-    replayed: Lazy[Trajectory] = Lazy()
-    replay: Lazy[SimulatedMotion] = Lazy()
-    verification: Lazy[Verification] = Lazy()
+    replayed: Trajectory
+    replay: SimulatedMotion
+    verification: Verification
     mesh: Mesh
     mesh_iterations: tuple[MeshIteration, ...]
-    verdict: Lazy[str] = Lazy()
-    multipliers: Lazy[Multipliers | None] = Lazy()
+    verdict: str
+    multipliers: Multipliers | None
     evaluator: Evaluator
     seconds: float = 0.0
     iterate: Iterate | None = None
