@@ -3,8 +3,9 @@
 Two controllers do this step by step in turn, in one process: `ocp.prepare`, and a program written
 by hand in CasADi. Both use Radau collocation of degree 4 on the same mesh, piecewise constant
 forces, the same options of IPOPT, and the unknowns and multipliers of the last step as the start.
-Each drives a cart-pole of its own, which is simulated by the same Runge-Kutta steps. The seconds
-are processor time of one step, from the measured state to the first force.
+Pushes keep the pole from coming to rest, where a controller has nothing to do. Each drives a
+cart-pole of its own, which is simulated by the same Runge-Kutta steps. The seconds are processor
+time of one step, from the measured state to the first force.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ STEPS = 100
 INTERVALS, DEGREE, HORIZON = 20, 4, 2.0  # of the prediction; [s]
 STEP = HORIZON / INTERVALS  # that a force is held [s]
 SUBSTEPS = 20  # of the simulation in a step
+PUSH, BETWEEN = 1.5, 25  # of the pole [rad/s], and steps from one to the next
 START = (0.5, math.pi, 0.0, 0.0)  # hanging, off the middle, so that no mirrored motion is as good
 CART, POLE, LENGTH, GRAVITY = 1.0, 0.3, 0.5, 9.81  # [kg, kg, m, m/s^2]
 STRONGEST, TRACK = 20.0, 2.0  # limits of the force and of the position [N, m]
@@ -202,12 +204,13 @@ def closed_loops(steps: int) -> ClosedLoops:
     controllers = {name: make() for name, make in CONTROLLERS.items()}
     states = {name: [np.array(START)] for name in controllers}
     seconds: dict[str, list[float]] = {name: [] for name in controllers}
-    for _ in range(steps):
+    for step in range(steps):
+        pushed = np.array([0.0, 0.0, 0.0, PUSH if step % BETWEEN == BETWEEN - 1 else 0.0])
         for name, control in controllers.items():
             begin = process_time()
             force = control(states[name][-1])
             seconds[name].append(process_time() - begin)
-            states[name].append(after_step(states[name][-1], force))
+            states[name].append(after_step(states[name][-1], force) + pushed)
 
     loops = ClosedLoops(
         {name: np.array(each) for name, each in seconds.items()},
