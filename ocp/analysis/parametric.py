@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from ocp.algorithm import check_arguments, first_mesh, solve_from, start_from
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
@@ -16,7 +17,6 @@ from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import check_arguments, first_mesh, solve_from, start_from
 from ocp.transcription.transcribe import Transcription
 
 

@@ -216,7 +216,7 @@ def closed_loops(steps: int) -> ClosedLoops:
         {name: np.array(each) for name, each in seconds.items()},
         {name: np.array(each[1:]) for name, each in states.items()},
     )
-    if not loops.apart <= AGREEMENT:
+    if not loops.apart <= AGREEMENT:  # nor if one is no number
         raise StudyError(f"the two motions of the cart-pole differ by {loops.apart:.1e}")
     return loops
 
