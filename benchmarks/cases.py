@@ -140,7 +140,7 @@ def measure(name: str) -> Record:
 @contextlib.contextmanager
 def counted_effort() -> Iterator[Effort]:
     """Count rounds and iterations of every solve inside the block."""
-    import_module("ocp.solve")  # and with it all modules that solve a round
+    import_module("ocp.algorithm")  # and with it all modules that solve a round
     (solve_round,) = {getattr(module, ROUND_SOLVER) for module in _loaded("ocp", ROUND_SOLVER)}
     effort = Effort()
 

@@ -48,6 +48,9 @@ PARTS = {
     "family": Listed(
         "benchmarks.speed.parts.family", "problem A for 100 jerk caps, each from the last"
     ),
+    "mpc": Listed(
+        "benchmarks.speed.parts.mpc", "a cart-pole controlled by 100 solves of a prepared problem"
+    ),
     "imports": Listed("benchmarks.speed.parts.imports", "what loads, and how long it takes"),
     "instructions": Listed(
         "benchmarks.speed.parts.instructions", "instructions of A and B: solver, model, the rest"

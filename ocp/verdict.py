@@ -17,6 +17,7 @@ from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.other_controls.promise import other_controls, others_remark
 from ocp.refinement.refine import Refinement
+from ocp.refinement.reviews.unseen_features import features_of
 
 # Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
 # better themselves.
@@ -81,7 +82,9 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
     untried = adapts and not shortfall and not refinement.timed
     if untried and (displaced := displaced_remark(fitted, meshes.evaluator)):
         yield displaced
-    if missed := feature_remark(refinement.features, meshes.problem):
+    # no review of a fixed mesh looks for them
+    features = refinement.features if adapts else features_of(meshes, refinement.best)[0]
+    if missed := feature_remark(features, meshes.problem):
         yield missed
 
 

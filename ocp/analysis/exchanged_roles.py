@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ocp.algorithm import solve
 from ocp.errors import SolveFailed, StatementWarning
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
@@ -26,7 +27,6 @@ from ocp.refinement.budget import Budget
 from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import solve
 
 # Part of what is conceded that may remain unused: the limit is met to the tolerance of the
 # objectives, which is itself some part of a small concession.

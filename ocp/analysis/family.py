@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ocp.algorithm import first_mesh, solve, solve_from
 from ocp.arrays import Array
 from ocp.errors import BudgetSpent, FamilyStopped, Interrupted, SolveFailed, StatementError
 from ocp.keywords import checked_keywords
@@ -47,7 +48,6 @@ from ocp.refinement.refine import refine
 from ocp.refinement.solved_mesh import VERIFIABLE_SLACK
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import first_mesh, solve, solve_from
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -360,7 +360,7 @@ class _Walk:
 
         iterations = result.iterations
         point = StartingPoint.at(result)
-        stationary = stationary_point(meshes, program, point, seems_least=result.seems_least)
+        stationary = stationary_point(meshes, program, point, seems_least=bool(result.seems_least))
         if not stationary.is_minimum:
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
             rounds = [record_of(program.mesh, result, None)]

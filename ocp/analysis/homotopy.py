@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocp.algorithm import solve
 from ocp.errors import HomotopyStopped, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.problem.problem import Problem
@@ -14,7 +15,6 @@ from ocp.problem.symbols import Constant
 from ocp.progress import Progress
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import solve
 
 _GROWTH = 2.0  # of a step after one that succeeded
 _SHRINKING = 0.5  # of a step that failed

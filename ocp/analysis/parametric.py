@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from ocp.algorithm import check_arguments, first_mesh, solve_from, start_from
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
-from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
@@ -16,7 +17,6 @@ from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import check_arguments, first_mesh, solve_from, start_from
 from ocp.transcription.transcribe import Transcription
 
 
@@ -34,11 +34,14 @@ class Prepared:
         With a mesh that stays.
     transcription : Transcription
         The nonlinear program of every solve.
+    evaluator : Evaluator
+        Of expressions of the problem, which it compiles once.
     """
 
     problem: Problem
     settings: Settings
     transcription: Transcription
+    evaluator: Evaluator
 
     def __repr__(self) -> str:
         return f"Prepared('{self.problem.name}': {self.transcription.columns.count} unknowns)"
@@ -76,7 +79,7 @@ class Prepared:
         start = start_from(self.problem, self.settings, guess)
         with shown(progress) as say:
             meshes = MeshSolver.of(
-                self.problem, self.settings, parameters, say, prepared=self.transcription
+                self.problem, self.settings, parameters, say, self.transcription, self.evaluator
             )
             return solve_from(meshes, start, self.mesh, bound)
 
@@ -117,4 +120,4 @@ def prepare(
         mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings, guess)
     meshes = MeshSolver.of(problem, settings, parameters_of(problem, constants))
     program = meshes.first_program(start_from(problem, settings, guess), mesh)
-    return Prepared(problem, settings, program)
+    return Prepared(problem, settings, program, meshes.evaluator)

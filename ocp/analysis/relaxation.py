@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ocp.algorithm import check_arguments, solve
 from ocp.analysis.limit_names import LimitNames
 from ocp.analysis.loosening.limit_slack import LimitSlack, Side
 from ocp.analysis.loosening.loosened import Loosening
@@ -37,7 +38,6 @@ from ocp.refinement.policies.policy import FixedMesh
 from ocp.scaling.automatic import scales_of
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import check_arguments, solve
 
 # One mesh, and controls that are constant in its intervals, where limits as rows hold between the
 # points too: a motion that minimises nothing but slacks has no shape of its own to resolve.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from ocp.algorithm import solve
 from ocp.errors import BudgetSpent, Interrupted, OcpError
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.mesh.trajectory import Trajectory
@@ -14,7 +15,6 @@ from ocp.progress import Progress
 from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import solve
 
 _SECONDS = 20.0  # whoever has stopped a solve does not wait for longer
 

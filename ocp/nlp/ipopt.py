@@ -315,7 +315,8 @@ class Ipopt:
             status = _DIVERGED
 
         # a run that never began has none
-        added = statistics.get("iterations", {}).get("regularization_size", ())
+        steps = statistics.get("iterations", {})
+        moved = len(steps.get("d_norm", ())) > 1
         result = NlpResult(
             outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
             status=status,
@@ -326,7 +327,8 @@ class Ipopt:
             row_multipliers=solution["lam_g"],
             iterations=count,
             seconds=clock.perf_counter() - begin,
-            added_curvature=float(added[-1]) if len(added) > 1 else math.nan,
+            added_curvature=float(steps["regularization_size"][-1]) if moved else math.nan,
+            last_step=float(steps["d_norm"][-1]) if moved else math.nan,
         )
         if result.outcome not in ("solved", "interrupted") or run.stood_still:
             return _at_best(result, standstill, limits, stopped=interrupts.asked)

@@ -8,8 +8,10 @@ from typing import Literal
 
 from ocp.arrays import Array
 
-# Iterations after which the last step begins near the point where the run ends
-NEAR = 3
+# The last step begins near the point where the run ends after so many, or if it changes no scaled
+# unknown by more than this, as after a start from a neighbour.
+_NEAR = 3
+_SHORT = 1e-3
 
 Outcome = Literal[
     "solved",
@@ -51,6 +53,8 @@ class NlpResult:
         What the solver added to the Hessian of the Lagrangian so that its last step led down,
         scaled: 0 near a minimum, positive near a saddle. nan where no step was made, or where the
         solver does not tell.
+    last_step : float
+        Largest change of a scaled unknown in the last step; nan likewise.
     """
 
     outcome: Outcome
@@ -65,11 +69,14 @@ class NlpResult:
     solver: str = "ipopt"
     attempts: int = 1
     added_curvature: float = math.nan
+    last_step: float = math.nan
 
     @property
-    def seems_least(self) -> bool:
+    def seems_least(self) -> bool | None:
         """Whether the run ends at a minimum and not at a saddle, by the curvature of its last step.
 
-        The last of a few steps only begins far from where the run ends, and tells nothing.
+        None if that step began far from the point where the run ends: it tells nothing.
         """
-        return self.added_curvature == 0 and self.attempts == 1 and self.iterations >= NEAR
+        if self.iterations < _NEAR and not self.last_step <= _SHORT:
+            return None
+        return self.added_curvature == 0 and self.attempts == 1

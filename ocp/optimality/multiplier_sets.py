@@ -69,8 +69,10 @@ def fitted_to_switches(iterate: Iterate) -> Iterate:
     Costates, Hamiltonian and slopes are those of the problem for the set that is taken here.
     """
     slopes = switch_slopes(iterate)
+    if not slopes.direct.size:
+        return iterate
     multipliers = all_multipliers(iterate)
-    if not slopes.direct.size or np.all(slopes.promised(multipliers) <= _NOISE):
+    if np.all(slopes.promised(multipliers) <= _NOISE):
         return iterate
 
     around = MultiplierChanges.around(iterate, multipliers, limit_distances(iterate))

@@ -130,7 +130,7 @@ def first_plan(meshes: MeshSolver, start: Start, mesh: Mesh) -> PlannedMesh:
     # without multipliers the first mesh is a rough one, and its digits are lost with it
     rough = policy.adapts and not isinstance(start, Iterate)
     program = meshes.first_program(start, mesh)
-    return PlannedMesh(program, start, policy, rough=_can_be_rough(meshes) and rough)
+    return PlannedMesh(program, start, policy, rough=rough and _can_be_rough(meshes))
 
 
 def solve_planned(
@@ -212,7 +212,7 @@ def plan_after(
         program=meshes.next_program(start, step.mesh),
         start=start,
         policy=step.policy,
-        rough=_can_be_rough(meshes) and step.rough,
+        rough=step.rough and _can_be_rough(meshes),
         finer=step.mesh.intervals > found.program.mesh.intervals,
         leaks_closed=leaks_closed,
     )
@@ -264,10 +264,11 @@ def _after_solved(
     program, result = found.program, found.result
     last = meshes.examined(program, result, tight=not planned.rough, finer=planned.finer)
     solved.append(last)
+
+    # a policy that adapts reads the errors; the record of another one is not to wait for them
+    following = planned.policy.next_mesh(solved, accuracy)
     rounds.append(record_of(program.mesh, result, last, found.starts, found.lost))
     log.info("mesh iteration %d: %s", len(rounds), rounds[-1])
-
-    following = planned.policy.next_mesh(solved, accuracy)
     return _Step(
         following,
         planned.policy,

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
+from ocp.later import lazy_fields, read_later
 from ocp.mesh.mesh import Mesh
 from ocp.nlp.result import NlpResult
 from ocp.refinement.solved_mesh import SolvedMesh
 
 
+@lazy_fields("dynamics_error", "excess", "gain")
 @dataclass(frozen=True, repr=False)
 class MeshIteration:
     """One mesh iteration: its mesh, what the solver took, and what was wrong between the points.
@@ -28,7 +31,8 @@ class MeshIteration:
     seconds : float
         That the solver took [s].
     objective : float
-        In the user's sense and unit; nan where the solver failed, as are the next three.
+        In the user's sense and unit; nan where the solver failed, as are the next three. These are
+        estimated when they are first read.
     dynamics_error : float
         Largest error of the dynamics in an interval, relative.
     excess : float
@@ -75,7 +79,10 @@ def record_of(
     mesh: Mesh, result: NlpResult, solved: SolvedMesh | None, starts: int = 1, lost: int = 0
 ) -> MeshIteration:
     """The record of a mesh iteration; `solved` is None where the solver failed."""
-    errors = solved.errors if solved else None
+
+    def error(name: str) -> float:
+        return read_later(solved, "errors", attrgetter(name)) if solved else math.nan
+
     return MeshIteration(
         intervals=mesh.intervals,
         extra_points=sum(points.tau.size for phase in mesh.extra for points in phase),
@@ -83,9 +90,9 @@ def record_of(
         iterations=result.iterations,
         seconds=result.seconds,
         objective=solved.iterate.objective if solved else math.nan,
-        dynamics_error=errors.dynamics if errors else math.nan,
-        excess=errors.excess if errors else math.nan,
-        gain=errors.gain if errors else math.nan,
+        dynamics_error=error("dynamics"),
+        excess=error("excess"),
+        gain=error("gain"),
         status=result.status,
         solver=result.solver,
         attempts=result.attempts,

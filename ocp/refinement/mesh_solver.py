@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from ocp.arrays import Array
+from ocp.later import later
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.known_times import times_of
 from ocp.mesh.mesh import Mesh
@@ -52,8 +54,6 @@ class MeshSolver:
         Of the problem.
     budget : Budget
         Of all mesh iterations together.
-    rough_solver : NlpSolver
-        For meshes that are about to be replaced.
     progress : callable or None
         Receives a line of text per iteration.
     prepared : Transcription or None
@@ -65,7 +65,6 @@ class MeshSolver:
     parameters: Parameters
     evaluator: Evaluator
     budget: Budget
-    rough_solver: NlpSolver
     progress: Progress | None = None
     prepared: Transcription | None = None
     _limits: dict[Transcription, ProgramLimits] = field(default_factory=dict, init=False)
@@ -85,10 +84,14 @@ class MeshSolver:
         An evaluator of the same problem lends what it has compiled.
         """
         budget = Budget(settings.iterations or float("inf"), settings.seconds or float("inf"))
-        rough = settings.solver.loosened(LOOSE)
         if evaluator is None or evaluator.problem is not problem:
             evaluator = Evaluator(problem)
-        return cls(problem, settings, parameters, evaluator, budget, rough, progress, prepared)
+        return cls(problem, settings, parameters, evaluator, budget, progress, prepared)
+
+    @cached_property
+    def rough_solver(self) -> NlpSolver:
+        """For meshes that are about to be replaced."""
+        return self.settings.solver.loosened(LOOSE)
 
     def limits(self, program: Transcription) -> ProgramLimits:
         """Limits of a program at the values of the constants; those of the last one are kept."""
@@ -240,8 +243,8 @@ class MeshSolver:
         """A solved program with its errors between the points."""
         trajectory = trajectory_of(program, result.x, self.parameters)
         iterate = unwrapped(iterate_of(program, result, trajectory), self.evaluator)
-        errors = estimate_errors(iterate, self.evaluator, self.settings.accuracy)
-        violation = float(iterate.limits.excess(result.rows).max(initial=0.0))
+        errors = later(lambda: estimate_errors(iterate, self.evaluator, self.settings.accuracy))
+        violation = float(self.limits(program).excess(result.rows).max(initial=0.0))
         return SolvedMesh(
             iterate, errors, violation, tight, finer, result.iterations, result.seems_least
         )

@@ -30,7 +30,7 @@ def verifiable(meshes: MeshSolver, solved: Sequence[SolvedMesh], accuracy: Accur
     Without any that holds it is the best one as it is, and so it is on a fixed mesh.
     """
     best = best_of(solved, accuracy)
-    if best.is_verifiable(accuracy) or not meshes.settings.refinement.adapts:
+    if not meshes.settings.refinement.adapts or best.is_verifiable(accuracy):
         return best
     for each in reversed(solved):
         raised = with_raised_peaks(meshes, each, accuracy)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ocp.later import lazy_fields
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors
@@ -26,6 +27,7 @@ _WORTH_LITTLE = 0.25
 _TWICE = 2
 
 
+@lazy_fields("errors")
 @dataclass(frozen=True, eq=False, repr=False)
 class SolvedMesh:
     """A mesh iteration that the solver finished, as the next one and the refinement policy see it.
@@ -35,7 +37,7 @@ class SolvedMesh:
     iterate : Iterate
         The motion found, with its multipliers.
     errors : MeshErrors
-        What is wrong with it between its points.
+        What is wrong with it between its points; estimated when it is first read.
     violation : float
         Largest violation of the program's rows, scaled.
     tight : bool
@@ -44,7 +46,7 @@ class SolvedMesh:
         Whether its mesh has more intervals than the one before.
     iterations : int
         Of the solver.
-    seems_least : bool
+    seems_least : bool or None
         Whether it is no saddle of its program, see `ocp.nlp.result.NlpResult`.
     raised : float
         What it cost to raise its peaks to what the motion has between its points, relative to the
@@ -57,7 +59,7 @@ class SolvedMesh:
     tight: bool
     finer: bool
     iterations: int = 0
-    seems_least: bool = False
+    seems_least: bool | None = None
     raised: float = 0.0
 
     def holds(self, accuracy: Accuracy, slack: float = 1.0) -> bool:
@@ -98,9 +100,12 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
 
     Of rounds whose objectives are as good, those come first whose controls promise no more than a
     certificate allows, then those that meet their tolerances. One that leaks less is no answer if
-    it lies on a mesh that was too coarse. Without any that holds it is the last round. Errors that
-    are small next to sizes which the last round has shown to be far too large say nothing.
+    it lies on a mesh that was too coarse. Without any that holds it is the last round, which the
+    only one is. Errors that are small next to sizes which the last round has shown to be far too
+    large say nothing.
     """
+    if len(solved) == 1:
+        return solved[0]
     sizes = solved[-1].iterate.scales
     good = [s for s in solved if not roomy(s.iterate.scales, sizes)]
     good = [s for s in good if s.is_verifiable(accuracy)]

@@ -11,6 +11,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
 from ocp.keywords import checked_methods
+from ocp.later import lazy_fields
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.mesh import Mesh, distinct
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
@@ -42,9 +43,13 @@ _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 
 
 @checked_methods("value", "sample", "costate", "table", "to_csv", "plot")
+@lazy_fields("replayed", "replay", "verification", "verdict", "multipliers")
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A verified trajectory and how it came about.
+
+    Multipliers are worked out when they are first read, and so are replay, verification and verdict
+    of an answer on a fixed mesh, which does not depend on them.
 
     Attributes
     ----------
@@ -83,9 +88,9 @@ class Solution:
     mesh: Mesh
     mesh_iterations: tuple[MeshIteration, ...]
     verdict: str
+    multipliers: Multipliers | None
     evaluator: Evaluator
     seconds: float = 0.0
-    multipliers: Multipliers | None = None
     iterate: Iterate | None = None
 
     def __repr__(self) -> str:

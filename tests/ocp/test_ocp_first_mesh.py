@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ocp import Control, Phase, Problem, Settings, State, solve
-from ocp.solve import first_mesh
+from ocp.algorithm import first_mesh
 
 SWING = 0.2  # [s], at the end of a long phase
 

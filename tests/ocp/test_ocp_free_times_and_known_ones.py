@@ -25,10 +25,10 @@ from ocp import (
     save,
     solve,
 )
+from ocp.algorithm import first_mesh
 from ocp.mesh.known_times import with_known_times
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.refinement.first_round.side_choices import side_choices
-from ocp.solve import first_mesh
 
 x, v, u = State("x"), State("v"), Control("u")
 thrust = Control("thrust", lower=-1, upper=1)

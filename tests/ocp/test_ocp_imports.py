@@ -1,9 +1,18 @@
-"""What a solve loads, and that what it does not is there when asked for."""
+"""What an import and a solve load, and that what they do not is there when asked for."""
 
 import subprocess
 import sys
 
 import ocp
+
+STATEMENT = """
+import sys
+import ocp
+x, u = ocp.State("x"), ocp.Control("u")
+phase = ocp.Phase("p", {x: u}, {x: 0}, {x: 1}, end=1.0)
+ocp.Problem("least effort", (phase,), minimise=phase.integral(u**2))
+print(*sys.modules)
+"""
 
 SOLVE = """
 import sys
@@ -20,14 +29,39 @@ solve(Problem("least speed", rest, minimise=rest.peak(v)))
 print(*sys.modules)
 """
 
+HEAVY = {"scipy", "matplotlib", "multiprocessing", "subprocess", "numpy.ma"}
+
+
+def loaded_by(script):
+    done = subprocess.run(
+        (sys.executable, "-c", script), capture_output=True, text=True, check=True
+    )
+    return set(done.stdout.split())
+
+
+def test_an_import_loads_only_what_states_a_problem():
+    loaded = loaded_by(STATEMENT)
+    assert {"casadi", "ocp.problem.problem"} <= loaded
+    solver = {
+        "algorithm",
+        "settings",
+        "verdict",
+        "nlp.ipopt",
+        "refinement.refine",
+        "mesh.first_mesh",
+    }
+    assert not loaded & (HEAVY | {f"ocp.{module}" for module in solver})
+    rooms = "transcription", "scaling", "optimality", "verification", "solution", "analysis"
+    assert not [name for name in loaded if name.startswith(tuple(f"ocp.{room}" for room in rooms))]
+
 
 def test_a_solve_loads_nothing_that_it_does_not_need():
-    done = subprocess.run((sys.executable, "-c", SOLVE), capture_output=True, text=True, check=True)
-    loaded = set(done.stdout.split())
-    assert {"casadi", "ocp.solve", "ocp.verification.verify"} <= loaded
-    later = {f"ocp.{module}" for module in ocp._LATER}
-    unused = {"scipy", "matplotlib", "multiprocessing", "subprocess", "numpy.ma"}
-    assert not loaded & (unused | later)
+    loaded = loaded_by(SOLVE)
+    assert {"casadi", "ocp.algorithm", "ocp.verification.verify"} <= loaded
+    further = {"mesh.coarsening", "refinement.policies.moving_mesh", "solution.storage"}
+    further |= {"verification.certificate", "verification.tolerances"}
+    assert not loaded & (HEAVY | {f"ocp.{module}" for module in further})
+    assert not [name for name in loaded if name.startswith("ocp.analysis.")]
 
 
 def test_every_public_name_is_there():

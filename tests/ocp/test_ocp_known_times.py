@@ -28,9 +28,9 @@ from ocp import (
     save,
     solve,
 )
+from ocp.algorithm import first_mesh
 from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.problem.instants import stepping_times
-from ocp.solve import first_mesh
 
 EDGES = [1.3, 2.7, 4.1, 5.5, 7.2, 8.9]
 PRICES = [3.0, 1.0, 2.5, 0.7, 4.0, 1.4, 2.2]

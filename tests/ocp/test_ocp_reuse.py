@@ -12,6 +12,7 @@ from ocp import (
     BudgetSpent,
     Constant,
     Control,
+    FixedMesh,
     HomotopyStopped,
     IterationLimit,
     Phase,
@@ -51,6 +52,25 @@ def swing() -> Problem:
         "swing", {q: w, w: u - 9.81 * ca.sin(q)}, {q: 0, w: 0}, {q: DISTANCE, w: 0}, end=1.0
     )
     return Problem("swing", phase, minimise=phase.integral(u.symbol**2))
+
+
+def test_what_is_read_of_an_answer_later_is_its_own() -> None:
+    x, v, u = State("x", "m", upper=CAP), State("v", "m/s"), Control("u", "m/s^2")
+    ride = Phase("ride", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
+    problem = Problem("ride", (ride,), minimise=ride.integral(u.symbol**2 / 2))
+    made = prepare(problem, settings=Settings(intervals=10, refinement=FixedMesh()))
+
+    # of the first answer nothing is read before the second one is there
+    low = made.solve(constants={CAP: 0.2})
+    lower = made.solve(constants={CAP: 0.11}, guess=low)
+    assert low.verdict == "local: best of 1 start"
+    assert low.verification.replayed_objective == pytest.approx(2.24, rel=1e-9)
+    assert low.mesh_iterations[0].excess < 1e-9
+    assert low.costate(x, 0.25) == pytest.approx(4.8, rel=1e-6)
+    assert lower.verdict == "unverified"
+    assert lower.verification.replayed_objective == pytest.approx(4.0407882, rel=1e-7)
+    assert lower.mesh_iterations[0].excess == pytest.approx(2.4821e-4, rel=1e-3)
+    assert lower.mesh_iterations[0].gain == pytest.approx(5.6805e-4, rel=1e-3)
 
 
 def test_a_prepared_problem_is_solved_again_without_being_built() -> None:

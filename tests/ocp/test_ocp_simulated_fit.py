@@ -7,10 +7,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 from ocp import Control, Phase, Problem, Settings, State, Unknown, certify, solve
+from ocp.algorithm import first_mesh
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.simulated_fit import determined_motion
 from ocp.problem.parameters import parameters_of
-from ocp.solve import first_mesh
 
 END = 1e5  # [s]
 TIMES = np.array([1e-2, 1.0, 1e2, 1e4])  # at which values are measured [s]

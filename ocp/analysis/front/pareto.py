@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ocp.algorithm import solve
 from ocp.analysis.front.both_ways import Walked, both_ways
 from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
 from ocp.analysis.front.envelope import alone
@@ -24,7 +25,6 @@ from ocp.problem.symbols import Constant, is_real
 from ocp.progress import Progress
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import solve
 
 # Parts above the least limit at which the front's first point is sought.  At the least itself only
 # one motion is left, and the multiplier of the limit may be infinite.

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ocp.algorithm import check_arguments
 from ocp.analysis.optima import Optimum, Trial, distinct_optima, same_value
 from ocp.analysis.starts.random_guess import random_trajectory
 from ocp.analysis.starts.start_answer import Guess, StartAnswer, answered
@@ -34,7 +35,6 @@ from ocp.process_pool import processors
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import check_arguments
 from ocp.verdict import BOUND_MET, gap_to_bound
 
 Start = Problem | Solution | Trajectory

@@ -7,6 +7,7 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from ocp.algorithm import solve
 from ocp.analysis.rescue import rescued
 from ocp.errors import BudgetSpent, Interrupted, OcpError, Unverified
 from ocp.mesh.trajectory import Trajectory
@@ -15,7 +16,6 @@ from ocp.problem.problem import Problem
 from ocp.progress import Progress
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import solve
 
 Guess = Solution | Trajectory | None
 

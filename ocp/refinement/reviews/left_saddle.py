@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocp.nlp.result import NEAR
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.better_motions.saddles import StationaryPoint, lower_motion, stationary_point
@@ -37,9 +36,8 @@ def _stationary_point(
     meshes: MeshSolver, best: SolvedMesh, solved: Sequence[SolvedMesh]
 ) -> StationaryPoint:
     """What the best answer is, with what the solver last told on the way to it."""
-    # a mesh solved again takes hardly a step, and tells nothing new
     until = solved[: solved.index(best) + 1]
-    told = [s.seems_least for s in until if s.iterations >= NEAR]
+    told = [s.seems_least for s in until if s.seems_least is not None]
     program, point = best.iterate.transcription, StartingPoint.at(best.iterate)
     return stationary_point(meshes, program, point, seems_least=bool(told) and told[-1])
 

@@ -14,7 +14,7 @@ def short_changes(answer: Candidate) -> Finding:
     As good an answer on a mesh without these points is none.
     """
     meshes, iterate = answer.meshes, answer.best.iterate
-    if not (answer.is_settled and meshes.settings.refinement.adapts):
+    if not (meshes.settings.refinement.adapts and answer.is_settled):
         return Finding()
     others = list(other_controls(iterate, meshes.evaluator))
     nearby = [other for other in others if other.one_valley and not other.vanished]

@@ -11,8 +11,9 @@ from ocp.refinement.estimates.narrow_features import (
     mesh_that_sees,
     narrow_features,
 )
+from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.reviews.finding import Candidate, Finding, Onward
-from ocp.refinement.solved_mesh import VERIFIABLE_SLACK
+from ocp.refinement.solved_mesh import VERIFIABLE_SLACK, SolvedMesh
 
 
 def unseen_features(answer: Candidate) -> Finding:
@@ -20,9 +21,11 @@ def unseen_features(answer: Candidate) -> Finding:
 
     What was solved before is no answer: it holds for a problem without that.
     """
-    features, of_constants = _features(answer)
+    if not answer.meshes.settings.refinement.adapts:
+        return Finding()
+    features, of_constants = features_of(answer.meshes, answer.best)
     unseen = (*features, *of_constants)
-    if not (unseen and answer.meshes.settings.refinement.adapts) or _has_steps(answer):
+    if not unseen or _has_steps(answer):
         return Finding(features=features)
     iterate = answer.best.iterate
     mesh = mesh_that_sees(iterate.fixed_mesh, unseen)
@@ -38,13 +41,15 @@ def _has_steps(answer: Candidate) -> bool:
     return any(step.unseen for step in steps_along(answer.meshes.problem, motion, evaluator))
 
 
-def _features(answer: Candidate) -> tuple[tuple[NarrowFeature, ...], tuple[NarrowFeature, ...]]:
-    """What the points do not see, and what sensitivities alone miss by that."""
-    iterate, evaluator = answer.best.iterate, answer.meshes.evaluator
-    errors = answer.best.errors.of_motion or MotionErrors(
+def features_of(
+    meshes: MeshSolver, solved: SolvedMesh
+) -> tuple[tuple[NarrowFeature, ...], tuple[NarrowFeature, ...]]:
+    """What the points of a mesh do not see, and what sensitivities alone miss by that."""
+    iterate, evaluator = solved.iterate, meshes.evaluator
+    errors = solved.errors.of_motion or MotionErrors(
         iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
     )
-    allowed = VERIFIABLE_SLACK * answer.meshes.settings.accuracy.dynamics
+    allowed = VERIFIABLE_SLACK * meshes.settings.accuracy.dynamics
     slopes = list(missed_slopes(iterate, evaluator, allowed))
     moving = [slope.feature for slope in slopes if not isinstance(slope.symbol, Constant)]
     of_constants = [slope.feature for slope in slopes if isinstance(slope.symbol, Constant)]

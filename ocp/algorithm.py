@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import time as clock
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any
 
 from ocp.errors import Interrupted, StatementError, StatementWarning, Unverified
 from ocp.keywords import checked_keywords
+from ocp.later import later
 from ocp.mesh.first_mesh import following
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
@@ -142,10 +144,14 @@ def solve_from(
         refinement = refine(meshes, start, mesh, accuracy, rounds)
         iterate, rounds = refinement.best.iterate, refinement.rounds
         check_parts(meshes.problem, iterate.trajectory)
+        if not (settings.refinement.adapts and settings.verify):
+            # no decision depends on what the replay finds
+            check = cache(partial(_checked, meshes, refinement.best))
+            return _solution(meshes, refinement, check, bound)
         checked = _checked(meshes, refinement.best)
         seconds += checked.verification.seconds
 
-        if not (settings.refinement.adapts and settings.verify) or meshes.spent(rounds):
+        if meshes.spent(rounds):
             break
         # what holds between the points and not in the replay is off by the dynamics' errors
         holds = refinement.best.is_verifiable(accuracy)
@@ -157,7 +163,8 @@ def solve_from(
         mesh, start = iterate.mesh, iterate
 
     verification = replace(checked.verification, seconds=seconds)
-    return _solution(meshes, refinement, replace(checked, verification=verification), bound)
+    checked = replace(checked, verification=verification)
+    return _solution(meshes, refinement, lambda: checked, bound)
 
 
 @checked_keywords()
@@ -316,40 +323,52 @@ def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checke
 def _solution(
     meshes: MeshSolver,
     refinement: Refinement,
-    checked: _Checked,
+    checked: Callable[[], _Checked],
     bound: float | None,
 ) -> Solution:
-    """The solution, or the error of an answer that takes no time or does not pass."""
+    """The solution, or the error of an answer that takes no time or does not pass.
+
+    Parameters
+    ----------
+    checked : callable
+        Gives the replay and what it says, when that is asked for.
+    """
     settings, iterate = meshes.settings, refinement.best.iterate
     if error := collapsed(iterate.transcription, iterate.trajectory):
         raise error
 
     fitted = fitted_to_switches(iterate)
-    verdict = "unverified"
-    if checked.verification.passed:
-        verdict = verdict_on(meshes, refinement, fitted, bound)
-    if remark := _remark_on_steps(meshes, iterate):
-        verdict += f"; {remark}"
-        warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=5)
+
+    def verdict(calls: int) -> str:
+        """The verdict. A warning names the line so many calls away, which solves or reads it."""
+        passed = checked().verification.passed
+        said = verdict_on(meshes, refinement, fitted, bound) if passed else "unverified"
+        if remark := _remark_on_steps(meshes, iterate):
+            said += f"; {remark}"
+            warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=calls)
+        return said
+
+    adapts = settings.refinement.adapts
+
     solution = Solution(
         problem=meshes.problem,
         objective=iterate.objective,
         trajectory=iterate.trajectory,
-        replayed=checked.replayed,
-        replay=checked.motion,
-        verification=checked.verification,
+        replayed=later(lambda: checked().replayed),
+        replay=later(lambda: checked().motion),
+        verification=later(lambda: checked().verification),
         mesh=iterate.mesh,
         mesh_iterations=refinement.rounds,
-        verdict=verdict,
+        verdict=verdict(6) if adapts else later(lambda: verdict(4)),
+        multipliers=later(lambda: multipliers(fitted)),
         evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
-        multipliers=multipliers(fitted),
         iterate=fitted,
     )
 
     # on a fixed mesh the user wants to see what it gives
-    if not checked.verification.passed and settings.refinement.adapts and settings.verify:
-        raise _unverified(meshes, refinement, solution, remark)
+    if adapts and settings.verify and not solution.verification.passed:
+        raise _unverified(meshes, refinement, solution)
     return solution
 
 
@@ -360,13 +379,12 @@ def _remark_on_steps(meshes: MeshSolver, iterate: Iterate) -> str:
     return "; ".join(filter(None, (along, beside)))
 
 
-def _unverified(
-    meshes: MeshSolver, refinement: Refinement, solution: Solution, remark: str
-) -> Unverified:
+def _unverified(meshes: MeshSolver, refinement: Refinement, solution: Solution) -> Unverified:
     """The error of an answer that did not pass; a remark on steps explains that better."""
     ended = refinement.ending == "budget"
     when = f" when the budget of {meshes.budget} was used up" if ended else ""
     reasons = "; ".join(solution.verification.reasons)
+    remark = _remark_on_steps(meshes, refinement.best.iterate)
     bends = remedy_for_bends(meshes.problem)
     advice = remark or f"{bends}loosen the tolerance named, allow more rounds or intervals"
     return Unverified(
