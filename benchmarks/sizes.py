@@ -36,7 +36,7 @@ _PLAIN = {0, 1, 2, 3, 0.5}
 
 
 @dataclass(frozen=True)
-class Source:
+class CountedFile:
     """A file of Python, counted.
 
     Attributes
@@ -65,7 +65,7 @@ class Source:
         return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def source(path: Path) -> Source:
+def counted(path: Path) -> CountedFile:
     """Count a file."""
     text = path.read_text(encoding="utf-8")
     tree = ast.parse(text)
@@ -78,7 +78,7 @@ def source(path: Path) -> Source:
         if token.type not in (*ignored, tokenize.ENDMARKER)
         for line in range(token.start[0], token.end[0] + 1)
     }
-    return Source(
+    return CountedFile(
         path.relative_to(ROOT),
         lines=text.count("\n"),
         code=len(with_tokens - of_docstrings),
@@ -123,7 +123,7 @@ def _for_types(tree: ast.AST) -> Iterator[ast.If]:
             yield node
 
 
-def circles(sources: Sequence[Source], *, types: bool = False) -> list[list[str]]:
+def circles(sources: Sequence[CountedFile], *, types: bool = False) -> list[list[str]]:
     """Modules that import each other, directly or by others: the strongly connected components.
 
     Parameters
@@ -182,7 +182,7 @@ def entered() -> set[str]:
     return {name for name in files if f"{ROOT}/ocp/" in name}
 
 
-def on_solve_path(source: Source) -> bool:
+def on_solve_path(source: CountedFile) -> bool:
     """Whether a bare `solve` needs a file: not those of analysis, solution and certify."""
     room, name = source.path.parts[1], source.path.name
     behind = room in _BEHIND_THE_SOLVE
@@ -196,8 +196,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _print(_: argparse.Namespace, console: Console) -> int:
-    sources = [source(path) for path in sorted((ROOT / "ocp").rglob("*.py"))]
-    tests = [source(path) for path in sorted((ROOT / "tests" / "ocp").rglob("*.py"))]
+    sources = [counted(path) for path in sorted((ROOT / "ocp").rglob("*.py"))]
+    tests = [counted(path) for path in sorted((ROOT / "tests" / "ocp").rglob("*.py"))]
     lines = sum(s.lines for s in sources)
     found, with_types = circles(sources), circles(sources, types=True)
     on_path = sum(s.code for s in sources if on_solve_path(s))

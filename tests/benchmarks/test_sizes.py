@@ -23,7 +23,7 @@ def test_lines_and_numbers_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(sizes, "ROOT", tmp_path)
     path = tmp_path / "a.py"
     path.write_text(TEXT)
-    found = sizes.source(path)
+    found = sizes.counted(path)
     assert (found.lines, found.docstrings, found.code, found.numbers) == (14, 3, 6, 2)
     assert (found.module, found.imports) == ("a", {"casadi", "b.value"})
 
@@ -38,6 +38,6 @@ def test_modules_that_import_each_other_are_a_circle(tmp_path, monkeypatch):
     }
     for name, text in texts.items():
         (tmp_path / f"{name}.py").write_text(text)
-    sources = [sizes.source(tmp_path / f"{name}.py") for name in texts]
+    sources = [sizes.counted(tmp_path / f"{name}.py") for name in texts]
     assert sizes.circles(sources) == []
     assert sizes.circles(sources, types=True) == [["a", "b", "c"]]

@@ -74,7 +74,7 @@ def test_a_solution_prints_its_essence_in_ten_lines(found):
     for part in (
         "Solution of 'trip'",
         f"minimum      {found.objective:.10g} m/s^2",
-        "verdict      local: best of 8 starts",  # it states no guess, and its phases meet freely
+        "verdict      local: best of ",  # it states no guess, and its phases meet freely
         "0 to 1 s",
         f"{len(found.mesh_iterations)} mesh iterations, {found.iterations} iterations",
         f"replayed end {found.verification.miss:.1e}",
