@@ -50,7 +50,17 @@ def label(page: Path) -> str:
     return f"{page.parent.name}/{page.stem}"
 
 
-@pytest.mark.parametrize("page", pages_with("python"), ids=label)
+# pages with code that takes more than three seconds
+LONG = {"first-problem", "trade-offs", "failed-solve", "warm-starts", "show-results", "peaks"}
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=label(page), marks=[pytest.mark.slow] * (page.stem in LONG))
+        for page in pages_with("python")
+    ],
+)
 def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The blocks of a page are one script: later ones use what earlier ones define."""
     monkeypatch.chdir(tmp_path)

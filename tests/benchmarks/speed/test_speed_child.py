@@ -15,7 +15,10 @@ SMALLEST = {
 }
 
 
-@pytest.mark.parametrize("kind", SMALLEST)
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(k, marks=[pytest.mark.slow] * (k == "modules")) for k in SMALLEST],
+)
 def test_a_kind_measures(kind: str) -> None:
     answer = KINDS[kind](SMALLEST[kind])
     assert answer["imports"] > 10  # [MiB]
@@ -29,6 +32,7 @@ def test_a_stage_of_the_arm_is_measured() -> None:
     assert KINDS["arm"]("86")["whole"] > 0
 
 
+@pytest.mark.slow
 def test_every_start_starts() -> None:
     for words in imports.STARTS.values():
         imports._run(words)

@@ -12,6 +12,7 @@ from benchmarks.speed.parts import family
 from studies.common.console import Console
 
 
+@pytest.mark.slow
 def test_three_members_are_timed_and_agree(tmp_path: Path) -> None:
     said = io.StringIO()
     setup = Setup(Console(said, said), repeats=1, limit=60.0, peers=False, environments=tmp_path)

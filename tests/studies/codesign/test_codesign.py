@@ -45,6 +45,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_result_is_verified_and_beats_the_stated_design(folder: Path) -> None:
     result = Result.load(folder)
     assert result.passed
@@ -55,6 +56,7 @@ def test_the_result_is_verified_and_beats_the_stated_design(folder: Path) -> Non
     assert any("sits on its bounds alone: 4 of them" in remark for remark in result.remarks)
 
 
+@pytest.mark.slow
 def test_requirements_of_the_stated_design_are_kept(folder: Path) -> None:
     result = Result.load(folder)
     # 17.94 N and 39.644 N: the statics of the dynamic set at mu = 0.01
@@ -65,6 +67,7 @@ def test_requirements_of_the_stated_design_are_kept(folder: Path) -> None:
         assert row.values["optimal"] <= row.cap * (1 + 1e-6)
 
 
+@pytest.mark.slow
 def test_the_vertex_is_where_its_four_bounds_cross(folder: Path) -> None:
     """Link and stiffness at their limits; crank and free length solve stroke and holding force."""
     design = Result.load(folder).details["design"]
@@ -77,6 +80,7 @@ def test_the_vertex_is_where_its_four_bounds_cross(folder: Path) -> None:
     assert 130 * (design["spring_free_length"] - open_distance) == pytest.approx(squeeze, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_report_and_export_take_the_design_that_was_found(folder: Path) -> None:
     assert main(["report", str(folder)]) == 0
     table = folder.parent / "motion.csv"
