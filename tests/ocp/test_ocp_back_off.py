@@ -80,6 +80,7 @@ def test_the_ends_of_a_phase_keep_their_values_on_a_bound():
     assert heights[1:-1].min() >= 1e-3
 
 
+@pytest.mark.slow
 def test_leaks_that_points_do_not_close_are_closed_by_back_offs(monkeypatch, tmp_path):
     with_back_off = solve(stiffening())
     kept = with_back_off.mesh.back_off[0]

@@ -91,6 +91,7 @@ def test_known_optima_are_certified(statement, optimum, hamiltonian):
     assert constant == pytest.approx(hamiltonian, rel=1e-4, abs=16e-4)
 
 
+@pytest.mark.slow
 def test_piecewise_constant_controls_are_tested_by_interval_means():
     certificate = certify(solve(least_effort("constant")))
     (slope,) = [c for c in certificate.checks if c.name.startswith("dH/du")]
@@ -382,6 +383,7 @@ def test_what_finer_controls_promise_is_a_condition():
     assert named[0].value == pytest.approx(coarse.objective / 30.0 - 1, rel=2)
 
 
+@pytest.mark.slow
 def test_a_standstill_of_a_scheme_without_promises_is_told():
     """The trapezoidal rule stood still 1.5e-3 below the longest way, and no word was said of it."""
     x, v, u = State("x"), State("v"), Control("u")

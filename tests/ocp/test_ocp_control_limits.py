@@ -74,6 +74,7 @@ def test_an_algebraic_signal_changes_with_the_controls() -> None:
     assert refused(found)
 
 
+@pytest.mark.slow
 def test_a_demand_may_depend_on_states() -> None:
     speed = State("speed")
     found = driven(
@@ -97,6 +98,7 @@ def test_a_limit_with_a_gap_is_crossed() -> None:
     assert refused(found)
 
 
+@pytest.mark.slow
 def test_a_cost_above_a_curve_of_the_control_follows_it_into_other_valleys() -> None:
     """The curve has a valley of 0.397 where the guess is, and one of nothing at 1."""
     u, cost = Control("u", lower=-2, upper=3), Control("cost", lower=0, upper=20)

@@ -185,6 +185,7 @@ def test_a_failed_motion_is_short_by_its_own_times_and_not_by_wide_limits():
     assert solution.objective == pytest.approx(2.0 * math.sqrt(1e-7), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_unknowns_that_ran_away_beyond_all_rows_say_nothing_of_the_objective():
     """Dido's problem: a straight guess has no slope of its length, and the first run is lost."""
     x, u = State("x", "m"), Control("u")

@@ -45,6 +45,7 @@ def test_what_has_no_slope_is_named(problem):
         solve(problem(), settings=Settings(intervals=10))
 
 
+@pytest.mark.slow
 def test_what_a_square_is_off_by_counts_by_its_worth():
     """The square is met to 1e-10, and so its root to 1e-5, which is most of the error of 2e-5."""
     x, v, u = signals()

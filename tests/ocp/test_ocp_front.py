@@ -44,6 +44,7 @@ def test_a_front_lies_on_its_closed_form_and_has_its_slopes() -> None:
     assert found.knee in found.points[1:-1]
 
 
+@pytest.mark.slow
 def test_a_front_between_stated_limits() -> None:
     problem, peak, heat = load()
     found = front(problem, limited=peak, minimised=heat, limits=(1.1, 1.3), points=2)

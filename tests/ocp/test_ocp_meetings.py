@@ -68,8 +68,8 @@ def test_the_closed_form_is_stationary_where_it_is_no_minimum() -> None:
         ((0.5, 1.0), 5.0, (0.0,)),
         ((0.99, 0.76, 1.27, 0.73), 5.0, (0.0, 0.0, 1.0)),
         ((1.25, 1.07, 1.41), 1.0, (0.0, 0.0)),
-        ((1.45, 0.56, 1.44), 1.0, (1.0, 1.0)),
-        ((0.98, 0.91, 0.47), 0.8, (0.8, 0.8)),
+        pytest.param((1.45, 0.56, 1.44), 1.0, (1.0, 1.0), marks=pytest.mark.slow),
+        pytest.param((0.98, 0.91, 0.47), 0.8, (0.8, 0.8), marks=pytest.mark.slow),
     ],
 )
 def test_the_least_effort_is_found_and_weak_phases_take_no_time(strengths, latest, meetings):

@@ -109,6 +109,7 @@ def test_a_limit_that_steps_or_rises_as_a_line_leaves_a_control_linear() -> None
     assert shape(3 + ca.sin(TIME.symbol)) is None
 
 
+@pytest.mark.slow
 def test_an_arc_on_a_limit_that_waves_and_holds_a_state() -> None:
     """A drive of at most 2 m/s^2, whose power is limited by 1 + 0.6 sin 3t."""
     fast, push = State("v", "m/s", lower=0), Control("u", "m/s^2", lower=-2, upper=2)

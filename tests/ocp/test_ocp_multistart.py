@@ -103,6 +103,7 @@ def test_a_bound_that_a_value_lies_beyond_is_refuted():
     assert "the bound of 1000 is refuted by" in found.verdict
 
 
+@pytest.mark.slow
 def test_when_all_fail_the_stated_guess_tells_why():
     x, u = State("x", "m"), Control("u", "m/s", upper=1)
     phase = Phase("far", {x: u}, {x: 0}, {x: 2}, end=Between(0.5, 1))

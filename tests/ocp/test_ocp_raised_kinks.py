@@ -398,6 +398,7 @@ def test_the_size_of_a_thrust_by_an_angle():
     assert certify(found).passed
 
 
+@pytest.mark.slow
 def test_the_size_of_a_thrust_by_half_planes():
     ax, ay = (Control(name, "m/s^2", lower=-1, upper=1) for name in ("ax", "ay"))
     size, limits = Control("size", "m/s^2", lower=0), [ax**2 + ay**2 <= 1]

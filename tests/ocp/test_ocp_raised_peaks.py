@@ -59,6 +59,7 @@ def test_a_peak_that_leaks_is_raised_and_the_answer_is_no_better_than_the_optimu
     assert cost == pytest.approx(found.objective / reported.objective - 1, rel=0.5)
 
 
+@pytest.mark.slow
 def test_a_peak_that_comes_to_zero_needs_the_size_that_matters():
     # the control takes the whole gust, so that nothing moves
     x, v = State("x", "m"), State("v", "m/s")

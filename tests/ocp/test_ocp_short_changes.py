@@ -62,7 +62,7 @@ def by_shooting() -> float:
     return float(found.fun)
 
 
-@pytest.mark.parametrize("intervals", [20, 40])
+@pytest.mark.parametrize("intervals", [20, pytest.param(40, marks=pytest.mark.slow)])
 def test_pushes_shorter_than_an_interval_are_found(intervals: int) -> None:
     """Without a look between the points the answers were 2 % and 0.8 % worse, and certified."""
     found = solve(sprung(), settings=Settings(intervals=intervals))
