@@ -226,7 +226,10 @@ def test_every_script_is_checked_and_in_the_gallery() -> None:
     assert set((EXAMPLES / "ORDER.txt").read_text("utf-8").split()) == scripts
 
 
-LONG = {"many_starts", "relaxed_limits", "trade_off", "truss_force", "warm_family"}
+LONG = {
+    *("drive_energy", "many_starts", "relaxed_limits", "scissor_mast"),
+    *("trade_off", "truss_force", "warm_family"),
+}
 
 
 @pytest.mark.parametrize(

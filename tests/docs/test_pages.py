@@ -50,8 +50,11 @@ def label(page: Path) -> str:
     return f"{page.parent.name}/{page.stem}"
 
 
-# pages with code that takes more than three seconds
-LONG = {"first-problem", "trade-offs", "failed-solve", "warm-starts", "show-results", "peaks"}
+# pages with code that takes two seconds and more
+LONG = {
+    *("equations", "failed-solve", "first-problem", "other-optima", "paper", "peaks"),
+    *("results-folder", "settings", "show-results", "trade-offs", "warm-starts"),
+}
 
 
 @pytest.mark.parametrize(

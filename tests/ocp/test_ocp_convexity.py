@@ -68,7 +68,7 @@ def test_standing_still_is_not_the_best_motion(problem, optimum):
     assert certify(found).passed
 
 
-@pytest.mark.parametrize("end", [3.3, 6.0])
+@pytest.mark.parametrize("end", [3.3, pytest.param(6.0, marks=pytest.mark.slow)])
 def test_beyond_the_conjugate_point_there_is_no_minimum(end):
     with pytest.raises(Unbounded, match=r"ran away to -"):
         solve(beyond_the_conjugate_point(end, x))

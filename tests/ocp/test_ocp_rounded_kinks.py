@@ -120,7 +120,12 @@ def test_a_problem_of_several_phases_is_rounded_as_a_whole():
         (into_a_moving_stop(), None, 4.697968),
         # a softer stop leads to the motion that uses it
         (into_a_stop(1000), into_a_stop(70), 5.670356),
-        (pushed(1000 * ca.fmax(x - 1, 0), {x: 0.5, v: -3}), None, 16.694963),
+        pytest.param(
+            pushed(1000 * ca.fmax(x - 1, 0), {x: 0.5, v: -3}),
+            None,
+            16.694963,
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["moving", "stiff", "twice"],
 )
