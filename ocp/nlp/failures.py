@@ -25,7 +25,7 @@ from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.nlp.result import NlpResult
 from ocp.problem.display import with_unit
 from ocp.problem.integrator_chains import in_equation
-from ocp.problem.kinks.surfaces import kinks_of, rate_text
+from ocp.problem.kinks import kinks_of, rate_text
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.transcription.row_names import RowKind, row_kinds

@@ -8,8 +8,7 @@ from functools import lru_cache
 import casadi as ca
 
 from ocp.numerics.kinks import KinkSurfaces, kinked_operations
-from ocp.problem.display import functional_text
-from ocp.problem.functionals import Integral
+from ocp.problem.functionals import Integral, functional_text
 from ocp.problem.problem import Problem, expressions_over
 from ocp.problem.symbols import Signal, State, is_number
 
