@@ -43,7 +43,7 @@ from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
 from ocp.verdict import verdict_on
 from ocp.verification.both_parts import check_parts
-from ocp.verification.replay import Replay
+from ocp.verification.replayed_answer import ReplayedAnswer
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification, unverified, verify
 
@@ -336,7 +336,7 @@ def _checked(form: Form, meshes: MeshSolver, best: SolvedMesh) -> _Checked:
         stated = form.stated(iterate.trajectory)
         return _Checked(SimulatedMotion(()), stated, unverified(iterate.objective))
     begin = clock.perf_counter()
-    replay = Replay.of(form, iterate, meshes.evaluator)
+    replay = ReplayedAnswer.of(form, iterate, meshes.evaluator)
     verification = verify(iterate, replay, meshes.settings.accuracy, best.errors.of_motion)
     seconds = clock.perf_counter() - begin
     return _Checked(replay.simulated, replay.motion, replace(verification, seconds=seconds))

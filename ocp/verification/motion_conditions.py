@@ -24,7 +24,7 @@ from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_rema
 from ocp.scaling.far_sizes import ROOMY
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.far_origins import WITHIN
-from ocp.verification.replay import Replay
+from ocp.verification.replayed_answer import ReplayedAnswer
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.tolerances import Tolerances
 from ocp.verification.verify import Verification, boundary_excesses, verify
@@ -36,7 +36,7 @@ _OF_A_SCALE = 1e-3
 def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
     """The motion against the statement: replayed, between its points, and at what they miss."""
     iterate, evaluator = evidence.iterate, evidence.evaluator
-    replay = Replay.of(evidence.form, iterate, evaluator)
+    replay = ReplayedAnswer.of(evidence.form, iterate, evaluator)
     verification = verify(iterate, replay, Accuracy())
     between_points = MotionErrors(
         iterate.transcription, iterate.trajectory, evaluator, iterate.parameters

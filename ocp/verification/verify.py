@@ -57,7 +57,7 @@ from ocp.refinement.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.scaling.far_sizes import near_limits
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins
-from ocp.verification.replay import Replay
+from ocp.verification.replayed_answer import ReplayedAnswer
 
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
 # the way to its end.
@@ -134,14 +134,14 @@ class Verification:
 
 
 def verify(
-    iterate: Iterate, replay: Replay, accuracy: Accuracy, errors: MotionErrors | None = None
+    iterate: Iterate, replay: ReplayedAnswer, accuracy: Accuracy, errors: MotionErrors | None = None
 ) -> Verification:
     """Check an iterate and its replay against everything that the problem states.
 
     Parameters
     ----------
     iterate : Iterate
-    replay : Replay
+    replay : ReplayedAnswer
         Of the iterate.
     accuracy : Accuracy
         What was asked for, see the table of this module.
@@ -195,7 +195,7 @@ def verify(
 
 
 def _objectives(
-    replay: Replay, peaks: Mapping[Peak, float]
+    replay: ReplayedAnswer, peaks: Mapping[Peak, float]
 ) -> tuple[float, float, dict[Peak | Integral, float]]:
     """The objective of a replay, with integrals as stated and as solved, and known functionals.
 

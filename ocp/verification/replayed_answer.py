@@ -17,7 +17,7 @@ from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Replay:
+class ReplayedAnswer:
     """A replayed motion.
 
     Attributes
@@ -42,7 +42,7 @@ class Replay:
     evaluator: Evaluator
 
     @classmethod
-    def of(cls, form: Form, iterate: Iterate, evaluator: Evaluator) -> Replay:
+    def of(cls, form: Form, iterate: Iterate, evaluator: Evaluator) -> ReplayedAnswer:
         """Replay an iterate of a form, whose evaluator is given."""
         motion, sizes = form.stated(iterate.trajectory), dict(iterate.scales.signals)
         if form.is_statement:
