@@ -134,10 +134,7 @@ class Form:
         return replace(_converted(source, target, self.back, motion), peaks=peaks)
 
     def solved(self, guess: Trajectory) -> Trajectory:
-        """A motion of the statement, which may lack signals, as one of the problem.
-
-        What it lacks all that is known of is lacking there, too.
-        """
+        """A motion of the statement as one of the problem; what the one lacks, both may lack."""
         if self.is_statement:
             return guess
         numbers = {*guess.unknowns, *guess.constants}
