@@ -408,9 +408,9 @@ def _solution(
         multipliers=later(lambda: multipliers(fitted)),
         evaluator=evaluator,
         form=form,
+        form_evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
         iterate=fitted,
-        _form_evaluator=meshes.evaluator,
     )
 
     # on a fixed mesh the user wants to see what it gives

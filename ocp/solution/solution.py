@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
@@ -75,6 +74,8 @@ class Solution:
     form : Form
         What was solved in the problem's place: ``form.problem`` is the problem itself where nothing
         was reformulated.
+    form_evaluator : Evaluator
+        Of expressions of ``form.problem``.
     seconds : float
         That the solve took [s].
     multipliers : Multipliers or None
@@ -96,9 +97,9 @@ class Solution:
     multipliers: Multipliers | None
     evaluator: Evaluator
     form: Form
+    form_evaluator: Evaluator
     seconds: float = 0.0
     iterate: Iterate | None = None
-    _form_evaluator: Evaluator | None = None
 
     def __repr__(self) -> str:
         from ocp.solution.summary import summary
@@ -318,13 +319,6 @@ class Solution:
         from ocp.analysis.sensitivity import one_sided_sensitivities
 
         return one_sided_sensitivities(self)
-
-    @cached_property
-    def form_evaluator(self) -> Evaluator:
-        """Of expressions of ``form.problem``."""
-        if self.form.is_statement:
-            return self.evaluator
-        return self._form_evaluator or Evaluator(self.form.problem)
 
     @property
     def kept_iterate(self) -> Iterate:

@@ -347,7 +347,8 @@ class _Reader:
         if not set(values) <= set(_stored_fields(made)):
             raise ValueError(f"it has a {name} with other fields")
         if made is Solution and "form" not in values:
-            values["form"] = Form(values["problem"], values["problem"])
+            form = Form(values["problem"], values["problem"])
+            values |= {"form": form, "form_evaluator": values["evaluator"]}
         return made(**values)
 
     def _expression(self, entry: Mapping[str, Any]) -> ca.SX:

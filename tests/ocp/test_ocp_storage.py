@@ -235,7 +235,8 @@ def test_files_of_other_versions_are_refused(found, tmp_path):
 def as_version_4(text):
     """The same file as it was before statements were kept beside what was solved."""
     text["version"] = 4
-    of_class(text, "Solution")["fields"].pop("form")
+    for field in ("form", "form_evaluator"):
+        of_class(text, "Solution")["fields"].pop(field)
     control = of_class(text, "Control")
     control["class"] = "VectorSize"
     control["fields"] |= {"sides": [], "largest": 0.0, "square": 0.0}
