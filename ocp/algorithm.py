@@ -138,7 +138,7 @@ def solve_from(
     form: Form, meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None = None
 ) -> Solution:
     """`solve` from a given start and mesh: refine, replay and check, until the replay agrees."""
-    with _told_of(form):
+    with told_of(form):
         return _solved(form, meshes, start, mesh, bound)
 
 
@@ -178,7 +178,7 @@ def _solved(
 
 
 @contextmanager
-def _told_of(form: Form) -> Iterator[None]:
+def told_of(form: Form) -> Iterator[None]:
     """Errors of a solve with motions of the statement, not of what is solved in its place."""
     try:
         yield
@@ -228,7 +228,7 @@ def collocate(
     check_arguments(problem, settings, guess, mesh)
     form = form_of(problem, settings)
     parameters, start = form.parameters(), None if guess is None else form.solved(guess)
-    with shown(progress) as say, _told_of(form):
+    with shown(progress) as say, told_of(form):
         meshes = MeshSolver.of(form.problem, settings, parameters, say)
         program = meshes.first_program(start, mesh or first_mesh(form.problem, settings, start))
         result = meshes.solve(program, start, settings.solver)
@@ -238,7 +238,7 @@ def collocate(
     if result.outcome == "interrupted":
         raise Interrupted(f"'{problem.name}' was stopped", trajectory, None, None)
     if result.outcome != "solved":
-        with _told_of(form):
+        with told_of(form):
             raise failure(program, result, parameters, motion)
     if form.is_statement:
         return trajectory, problem.sense * result.objective * program.scales.objective

@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ocp.algorithm import first_mesh, solve, solve_from
+from ocp.algorithm import first_mesh, solve, solve_from, told_of
 from ocp.arrays import Array
 from ocp.errors import BudgetSpent, FamilyStopped, Interrupted, SolveFailed, StatementError
 from ocp.keywords import checked_keywords
@@ -115,7 +115,7 @@ class Member:
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion."""
+        """The motion of what is solved, see `Family.form`."""
         return self.iterate.trajectory
 
 
@@ -262,7 +262,7 @@ def family(
         known = first.form, settings, first.form_evaluator
         return Family(problem, constant, *known, tuple(members))
 
-    with shown(progress) as say:
+    with shown(progress) as say, told_of(first.form):
         walk = _Walk.of(first, constant, unchecked, others, say)
         members = [walk.first(first)]
         for value in places[1:]:

@@ -119,9 +119,9 @@ class Form:
                     f"'{c.name}' = {v:g}" for c, v in zip(constants, values, strict=True)
                 )
                 raise StatementError(
-                    f"with {given} {words} in problem '{self.statement.name}', but as it was "
-                    "stated it did; declare the constants with values of these signs, and state "
-                    "the problem again"
+                    f"with {given} {words} in problem '{self.statement.name}', but what is solved "
+                    "in its place builds on that; declare the constants with values of these "
+                    "signs, and state the problem again"
                 )
 
     def stated(self, motion: Trajectory) -> Trajectory:
@@ -147,7 +147,9 @@ class Form:
             for symbol, expression in self.forth.items()
             if not any(isinstance(s, Peak) for s in resolve(expression, symbol.name))
         }
-        return _converted(Evaluator(self.statement), self.problem, instead, guess)
+        source = Evaluator(self.statement)
+        known = _converted(source, self.statement, {}, guess)
+        return _converted(source, self.problem, instead, known)
 
     def objective(self, motion: Trajectory, evaluator: Evaluator) -> float:
         """The objective of the statement on a motion of it, with integrals as they were stated.
@@ -170,7 +172,7 @@ def reformulated(problem: Problem, reformulations: tuple[Reformulation, ...]) ->
     Raises
     ------
     StatementError
-        When a reformulation is no such thing, or gives no way back.
+        When a reformulation gives no way back.
     """
     form = Form(problem, problem, passes=tuple(map(repr, reformulations)))
     for each in reformulations:
@@ -191,8 +193,8 @@ def _check_way_back(form: Form, last: Reformulation) -> None:
         missing += [f"'{s.name}'" for s in signals if s.name not in known and s not in form.back]
     unknowns = {unknown.name for unknown in form.problem.unknowns}
     gone = [u for u in form.statement.unknowns if u.name not in unknowns]
-    gone_peaks = set(form.statement.peaks) - set(form.problem.peaks)
-    missing += [f"'{s.name}'" for s in (*gone, *gone_peaks) if s not in form.back]
+    without = [p for p in form.statement.peaks if p not in set(form.problem.peaks)]
+    missing += [f"'{s.name}'" for s in (*gone, *without) if s not in form.back]
     if missing:
         raise StatementError(
             f"the reformulation {last!r} of problem '{form.statement.name}' gives no way back to "

@@ -27,7 +27,7 @@ from ocp.numerics.expression_graph import ExpressionGraph, graph_of
 from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional, Integral
-from ocp.problem.phase import Phase, kept_alive
+from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant, Control, Signal, Symbol, is_limited, resolve
 from ocp.problem.texts import text_of, unit_of
@@ -67,10 +67,6 @@ class KinkedCosts:
             return None
 
         phases = [_limited(phase, used.get(phase.name, ())) for phase in problem.phases]
-        for functional in replaced.values():
-            own = next(phase for phase in phases if phase.name == functional.pieces[0][0])
-            functional.remember_phases([own.dynamics])
-            kept_alive(functional, [own])
         return Restated(
             with_functionals(problem, phases, replaced),
             back={old: new.symbol for old, new in replaced.items()},

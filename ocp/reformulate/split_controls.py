@@ -23,7 +23,7 @@ from ocp.numerics.expression_graph import ExpressionGraph, graph_of
 from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
-from ocp.problem.phase import Phase, kept_alive
+from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant, Control, is_number, resolve
 from ocp.reformulate.costs import unlike
@@ -63,17 +63,14 @@ class SplitControls:
         if not sums:
             return None
 
-        # functionals know the rates of their phases
+        # a functional knows the rates of the phase that it was made from, and its copy does not
         pairs = zip(phases, problem.phases, strict=True)
         changed = {new.name for new, old in pairs if new is not old}
-        by_name = {phase.name: phase for phase in phases}
-        replaced = dict[Functional, Functional]()
-        for functional in problem.functionals:
-            of_phases = [name for name, _ in functional.pieces]
-            if changed & set(of_phases):
-                own = replace(functional)
-                own.remember_phases(by_name[name].dynamics for name in of_phases)
-                replaced[functional] = kept_alive(own, [by_name[name] for name in of_phases])
+        replaced: dict[Functional, Functional] = {
+            functional: replace(functional)
+            for functional in problem.functionals
+            if any(name in changed for name, _ in functional.pieces)
+        }
         return Restated(
             with_functionals(problem, phases, replaced),
             back={old: new.symbol for old, new in replaced.items()},
