@@ -4,10 +4,11 @@ State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solv
 `Solution`, which has been refined, replayed by another integrator and checked between its points.
 
 The rooms: `problem` (what the user states), `numerics` (schemes, polynomials, integrators), `mesh`
-(meshes, trajectories, guesses), `scaling` (typical sizes), `transcription` (the nonlinear program),
-`nlp` (its solvers), `optimality` (costates, multipliers, the Hamiltonian), `refinement` (the next
-mesh), `verification` (replay, bounds between the points, certificate), `solution` (what is
-returned, stored and drawn) and `analysis` (sensitivities, several starts, relaxation, families).
+(meshes, trajectories, guesses), `reformulate` (what is solved in place of a statement), `scaling`
+(typical sizes), `transcription` (the nonlinear program), `nlp` (its solvers), `optimality`
+(costates, multipliers, the Hamiltonian), `refinement` (the next mesh), `verification` (replay,
+bounds between the points, certificate), `solution` (what is returned, stored and drawn) and
+`analysis` (sensitivities, several starts, relaxation, families).
 `algorithm` leads through them.
 """
 
@@ -75,6 +76,7 @@ if TYPE_CHECKING:
     from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
     from ocp.refinement.policies.moving_mesh import MovingMesh
     from ocp.refinement.policies.policy import FixedMesh, RefinementPolicy
+    from ocp.reformulate.reformulation import Reformulation, Restated
     from ocp.settings import Settings
     from ocp.solution.solution import Solution
     from ocp.solution.storage import load, save
@@ -105,6 +107,7 @@ _LATER = {
     "refinement.policies.adaptive_mesh": ("AdaptiveMesh",),
     "refinement.policies.moving_mesh": ("MovingMesh",),
     "refinement.policies.policy": ("FixedMesh", "RefinementPolicy"),
+    "reformulate.reformulation": ("Reformulation", "Restated"),
     "settings": ("Settings",),
     "solution.solution": ("Solution",),
     "solution.storage": ("load", "save"),
@@ -171,8 +174,10 @@ __all__ = [
     "Problem",
     "Radau",
     "RefinementPolicy",
+    "Reformulation",
     "Relaxation",
     "Relaxed",
+    "Restated",
     "Settings",
     "Sided",
     "Solution",

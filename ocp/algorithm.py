@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 import time as clock
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
-from ocp.errors import Interrupted, StatementError, StatementWarning, Unverified
+from ocp.errors import Interrupted, SolveFailed, StatementError, StatementWarning, Unverified
 from ocp.keywords import checked_keywords
 from ocp.later import later
 from ocp.mesh.first_mesh import following
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.simulated_fit import determined_motion
-from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import collapsed
 from ocp.nlp.failures import failure, remedy_for_bends
 from ocp.optimality.iterate import Iterate
@@ -36,12 +37,14 @@ from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.refine import Refinement, refine
 from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.reformulate.form import Form, reformulated
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
 from ocp.verdict import verdict_on
 from ocp.verification.both_parts import check_parts
-from ocp.verification.simulation import SimulatedMotion, replayed, simulate
+from ocp.verification.replayed_answer import ReplayedAnswer
+from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification, unverified, verify
 
 _DEFAULTS = Settings()
@@ -117,24 +120,31 @@ def solve(
     check_arguments(problem, settings, guess, mesh)
     if not (bound is None or (is_real(bound) and math.isfinite(bound))):
         raise StatementError(f"the argument 'bound' is {bound!r}; give a finite number")
-    parameters = parameters_of(problem, constants)
-    start, stays = start_from(problem, settings, guess), mesh is not None
-    if mesh is None:
-        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings, guess)
-    known = guess.evaluator if isinstance(guess, Solution) else None
+    form = form_of(problem, settings, guess)
+    parameters = form.parameters(constants)
+    start, stays = start_from(form, settings, guess), mesh is not None
+    mesh = mesh or mesh_of(form, settings, guess)
+    known = guess.form_evaluator if isinstance(guess, Solution) else None
     if guess is None and not stays and settings.refinement.adapts:
-        stated = initial_guess(problem, parameters)
-        if found := determined_motion(problem, parameters, stated, settings.scheme, mesh):
+        stated = initial_guess(form.problem, parameters)
+        if found := determined_motion(form.problem, parameters, stated, settings.scheme, mesh):
             start, mesh = found
     with shown(progress) as say:
-        meshes = MeshSolver.of(problem, settings, parameters, say, evaluator=known)
-        return solve_from(meshes, start, mesh, bound)
+        meshes = MeshSolver.of(form.problem, settings, parameters, say, evaluator=known)
+        return solve_from(form, meshes, start, mesh, bound)
 
 
 def solve_from(
-    meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None = None
+    form: Form, meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None = None
 ) -> Solution:
     """`solve` from a given start and mesh: refine, replay and check, until the replay agrees."""
+    with told_of(form):
+        return _solved(form, meshes, start, mesh, bound)
+
+
+def _solved(
+    form: Form, meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None
+) -> Solution:
     settings, accuracy = meshes.settings, meshes.settings.accuracy
     check_before_solve(meshes.problem, meshes.parameters)
     rounds: tuple[MeshIteration, ...] = ()
@@ -146,9 +156,9 @@ def solve_from(
         check_parts(meshes.problem, iterate.trajectory)
         if not (settings.refinement.adapts and settings.verify):
             # no decision depends on what the replay finds
-            check = cache(partial(_checked, meshes, refinement.best))
-            return _solution(meshes, refinement, check, bound)
-        checked = _checked(meshes, refinement.best)
+            check = cache(partial(_checked, form, meshes, refinement.best))
+            return _solution(form, meshes, refinement, check, bound)
+        checked = _checked(form, meshes, refinement.best)
         seconds += checked.verification.seconds
 
         if meshes.spent(rounds):
@@ -164,7 +174,20 @@ def solve_from(
 
     verification = replace(checked.verification, seconds=seconds)
     checked = replace(checked, verification=verification)
-    return _solution(meshes, refinement, lambda: checked, bound)
+    return _solution(form, meshes, refinement, lambda: checked, bound)
+
+
+@contextmanager
+def told_of(form: Form) -> Iterator[None]:
+    """Errors of a solve with motions of the statement, not of what is solved in its place."""
+    try:
+        yield
+    except (SolveFailed, Interrupted) as error:
+        for name in ("iterate", "finished", "verified"):
+            motion = getattr(error, name, None)
+            if isinstance(motion, Trajectory):
+                setattr(error, name, form.stated(motion))
+        raise
 
 
 @checked_keywords()
@@ -203,18 +226,23 @@ def collocate(
     """
     settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
-    parameters = parameters_of(problem)
-    with shown(progress) as say:
-        meshes = MeshSolver.of(problem, settings, parameters, say)
-        program = meshes.first_program(guess, mesh or first_mesh(problem, settings, guess))
-        result = meshes.solve(program, guess, settings.solver)
+    form = form_of(problem, settings)
+    parameters, start = form.parameters(), None if guess is None else form.solved(guess)
+    with shown(progress) as say, told_of(form):
+        meshes = MeshSolver.of(form.problem, settings, parameters, say)
+        program = meshes.first_program(start, mesh or first_mesh(form.problem, settings, start))
+        result = meshes.solve(program, start, settings.solver)
 
-    trajectory = trajectory_of(program, result.x, parameters)
+    motion = trajectory_of(program, result.x, parameters)
+    trajectory = form.stated(motion)
     if result.outcome == "interrupted":
         raise Interrupted(f"'{problem.name}' was stopped", trajectory, None, None)
     if result.outcome != "solved":
-        raise failure(program, result, parameters, trajectory)
-    return trajectory, problem.sense * result.objective * program.scales.objective
+        with told_of(form):
+            raise failure(program, result, parameters, motion)
+    if form.is_statement:
+        return trajectory, problem.sense * result.objective * program.scales.objective
+    return trajectory, form.objective(trajectory, Evaluator(problem))
 
 
 def check_arguments(problem: Any, settings: Any, guess: Any, mesh: Any) -> None:
@@ -236,16 +264,34 @@ def check_arguments(problem: Any, settings: Any, guess: Any, mesh: Any) -> None:
             )
 
 
-def start_from(problem: Problem, settings: Settings, guess: Solution | Trajectory | None) -> Start:
+def form_of(
+    problem: Problem, settings: Settings, guess: Solution | Trajectory | None = None
+) -> Form:
+    """What is solved in place of a problem; a solution of the very problem brings its own."""
+    passes = tuple(settings.reformulations)
+    known = guess.form if isinstance(guess, Solution) and guess.problem is problem else None
+    if known is not None and known.passes == tuple(map(repr, passes)):
+        return known
+    return reformulated(problem, passes)
+
+
+def start_from(form: Form, settings: Settings, guess: Solution | Trajectory | None) -> Start:
     """Where to start; with multipliers if the guess is a solution of the very problem."""
     if not isinstance(guess, Solution):
-        return guess
+        return None if guess is None else form.solved(guess)
     iterate = guess.iterate
-    if iterate is None or iterate.problem is not problem:
-        return guess.trajectory
+    if iterate is None or iterate.problem is not form.problem:
+        return form.solved(guess.trajectory)
     same_scheme = type(iterate.scheme) is type(settings.scheme)
     same = same_scheme and iterate.controls == settings.controls
-    return iterate if same else guess.trajectory
+    return iterate if same else iterate.trajectory
+
+
+def mesh_of(form: Form, settings: Settings, guess: Solution | Trajectory | None) -> Mesh:
+    """The first mesh where none is given: that of a solution, or a new one."""
+    if isinstance(guess, Solution):
+        return guess.mesh
+    return first_mesh(form.problem, settings, None if guess is None else form.solved(guess))
 
 
 def first_mesh(problem: Problem, settings: Settings, guess: Trajectory | None = None) -> Mesh:
@@ -267,14 +313,14 @@ def first_mesh(problem: Problem, settings: Settings, guess: Trajectory | None = 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Checked:
-    """The replay of an iterate and what it says.
+    """The replay of an iterate by the statement, and what it says.
 
     Attributes
     ----------
     motion : SimulatedMotion
         Of the replay, without phases where the settings ask for none.
     replayed : Trajectory
-        The same as a trajectory; that of the iterate where nothing was replayed.
+        The same as a trajectory; that of the solution where nothing was replayed.
     verification : Verification
     """
 
@@ -283,24 +329,17 @@ class _Checked:
     verification: Verification
 
 
-def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
+def _checked(form: Form, meshes: MeshSolver, best: SolvedMesh) -> _Checked:
     """Replay an iterate and check it, unless the settings say not to."""
     iterate = best.iterate
     if not meshes.settings.verify:
-        return _Checked(SimulatedMotion(()), iterate.trajectory, unverified(iterate.objective))
+        stated = form.stated(iterate.trajectory)
+        return _Checked(SimulatedMotion(()), stated, unverified(iterate.objective))
     begin = clock.perf_counter()
-    motion = simulate(meshes.problem, iterate.trajectory, dict(iterate.scales.signals))
-    again = replayed(iterate.trajectory, motion)
-    verification = verify(
-        iterate,
-        motion,
-        again,
-        meshes.settings.accuracy,
-        meshes.evaluator,
-        best.errors.of_motion,
-    )
+    replay = ReplayedAnswer.of(form, iterate, meshes.evaluator)
+    verification = verify(iterate, replay, meshes.settings.accuracy, best.errors.of_motion)
     seconds = clock.perf_counter() - begin
-    return _Checked(motion, again, replace(verification, seconds=seconds))
+    return _Checked(replay.simulated, replay.motion, replace(verification, seconds=seconds))
 
 
 def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
@@ -321,6 +360,7 @@ def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checke
 
 
 def _solution(
+    form: Form,
     meshes: MeshSolver,
     refinement: Refinement,
     checked: Callable[[], _Checked],
@@ -349,11 +389,16 @@ def _solution(
         return said
 
     adapts = settings.refinement.adapts
+    stated, evaluator = form.stated(iterate.trajectory), meshes.evaluator
+    objective = iterate.objective
+    if not form.is_statement:
+        evaluator = Evaluator(form.statement)
+        objective = form.objective(stated, evaluator)
 
     solution = Solution(
-        problem=meshes.problem,
-        objective=iterate.objective,
-        trajectory=iterate.trajectory,
+        problem=form.statement,
+        objective=objective,
+        trajectory=stated,
         replayed=later(lambda: checked().replayed),
         replay=later(lambda: checked().motion),
         verification=later(lambda: checked().verification),
@@ -361,7 +406,9 @@ def _solution(
         mesh_iterations=refinement.rounds,
         verdict=verdict(6) if adapts else later(lambda: verdict(4)),
         multipliers=later(lambda: multipliers(fitted)),
-        evaluator=meshes.evaluator,
+        evaluator=evaluator,
+        form=form,
+        form_evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
         iterate=fitted,
     )

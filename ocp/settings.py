@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, get_args
@@ -18,6 +18,8 @@ from ocp.problem.symbols import Piecewise, is_real
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import RefinementPolicy
+from ocp.reformulate.reformulation import Reformulation
+from ocp.reformulate.standard import STANDARD
 
 INTERVALS = 20  # of the first mesh in a phase
 
@@ -83,6 +85,10 @@ class Settings:
         Of the nonlinear programs: `Ipopt`, or a solver of one's own.
     accuracy : Accuracy
         What refinement and verification allow.
+    reformulations : sequence of Reformulation
+        What is done to a statement before it is solved, one after the other. By default kinks that
+        only cost become limits of further signals and numbers; with ``()`` nothing is done. One of
+        one's own may stand beside these: ``(*Settings().reformulations, own)``.
     verify : bool
         Whether to replay and check the answer; without, the verdict is "unverified".
     iterations : int, optional
@@ -103,6 +109,7 @@ class Settings:
     refinement: RefinementPolicy = field(default_factory=AdaptiveMesh)
     solver: NlpSolver = field(default_factory=Ipopt)
     accuracy: Accuracy = field(default_factory=Accuracy)
+    reformulations: Sequence[Reformulation] = STANDARD
     verify: bool = True
     iterations: int | None = None
     seconds: float | None = None
@@ -120,6 +127,7 @@ class Settings:
         _check_kind("refinement", self.refinement, RefinementPolicy, policies)
         _check_solver(self.solver)
         _check_kind("accuracy", self.accuracy, Accuracy, "Accuracy()")
+        object.__setattr__(self, "reformulations", _checked_passes(self.reformulations))
         _check_kind("verify", self.verify, bool, "True or False")
         _check_budget("iterations", self.iterations)
         _check_budget("seconds", self.seconds)
@@ -179,6 +187,19 @@ def _check_solver(solver: Any) -> None:
 def _check_kind(name: str, value: Any, kind: Any, examples: str) -> None:
     if isinstance(value, type) or not isinstance(value, kind):
         raise StatementError(f"the setting '{name}' is {value!r}; give {examples}")
+
+
+def _checked_passes(given: Any) -> tuple[Reformulation, ...]:
+    """Reformulations as a tuple; StatementError if one is none."""
+    passes = tuple(given) if isinstance(given, (list, tuple)) else (given,)
+    for each in passes:
+        _check_kind("reformulations", each, Reformulation, "objects with a method apply, or ()")
+        if type(each).__hash__ is None:
+            raise StatementError(
+                f"the reformulation {each!r} has no hash, by which its problems are kept; if it is "
+                "a dataclass, write @dataclass(frozen=True)"
+            )
+    return passes
 
 
 def _check_budget(name: str, value: Any) -> None:

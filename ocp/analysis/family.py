@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ocp.algorithm import first_mesh, solve, solve_from
+from ocp.algorithm import first_mesh, solve, solve_from, told_of
 from ocp.arrays import Array
 from ocp.errors import BudgetSpent, FamilyStopped, Interrupted, SolveFailed, StatementError
 from ocp.keywords import checked_keywords
@@ -46,6 +46,7 @@ from ocp.refinement.policies.moving_mesh import (
 )
 from ocp.refinement.refine import refine
 from ocp.refinement.solved_mesh import VERIFIABLE_SLACK
+from ocp.reformulate.form import Form
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
@@ -114,7 +115,7 @@ class Member:
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion."""
+        """The motion of what is solved, see `Family.form`."""
         return self.iterate.trajectory
 
 
@@ -126,16 +127,19 @@ class Family:
     ----------
     problem : Problem
     constant : Constant
+    form : Form
+        What is solved in the problem's place.
     settings : Settings
         By which members are refined and verified.
     evaluator : Evaluator
-        Of the problem.
+        Of ``form.problem``.
     members : tuple of Member
         In the order of the values.
     """
 
     problem: Problem
     constant: Constant
+    form: Form
     settings: Settings
     evaluator: Evaluator = field(repr=False)
     members: tuple[Member, ...]
@@ -178,9 +182,9 @@ class Family:
         settings = replace(self.settings, refinement=KeptWhileGood(self.settings.refinement))
         with shown(progress) as say:
             meshes = MeshSolver.of(
-                self.problem, settings, member.parameters, say, evaluator=self.evaluator
+                self.form.problem, settings, member.parameters, say, evaluator=self.evaluator
             )
-            return solve_from(meshes, member.iterate, member.iterate.mesh)
+            return solve_from(self.form, meshes, member.iterate, member.iterate.mesh)
 
     @checked_keywords()
     def solutions(self, *, progress: Progress | bool | None = None) -> tuple[Solution, ...]:
@@ -254,18 +258,21 @@ def family(
         progress=progress,
     )
 
-    with shown(progress) as say:
+    def family_of(members: Sequence[Member]) -> Family:
+        known = first.form, settings, first.form_evaluator
+        return Family(problem, constant, *known, tuple(members))
+
+    with shown(progress) as say, told_of(first.form):
         walk = _Walk.of(first, constant, unchecked, others, say)
         members = [walk.first(first)]
         for value in places[1:]:
             try:
                 members.append(walk.next(members[-1], value))
             except SolveFailed as error:
-                found = Family(problem, constant, settings, first.evaluator, tuple(members))
-                raise _stopped(found, value, error) from error
+                raise _stopped(family_of(members), value, error) from error
             except KeyboardInterrupt as stop:
                 raise walk.interrupted(value, members[-1].trajectory) from stop
-    return Family(problem, constant, settings, first.evaluator, tuple(members))
+    return family_of(members)
 
 
 def _stopped(found: Family, value: float, error: SolveFailed) -> FamilyStopped:
@@ -289,12 +296,15 @@ class _Walk:
         The one that changes.
     others : mapping of Constant to number
         Values of other constants.
+    form : Form
+        What is solved.
     base : MeshSolver
         At the first value.
     """
 
     constant: Constant
     others: Mapping[Constant, float]
+    form: Form
     base: MeshSolver
 
     @classmethod
@@ -307,11 +317,10 @@ class _Walk:
         progress: Progress | None,
     ) -> _Walk:
         """A walk that begins at a solution."""
-        parameters = parameters_of(first.problem, first.trajectory.constants)
-        base = MeshSolver.of(
-            first.problem, settings, parameters, progress, evaluator=first.evaluator
-        )
-        return cls(constant, others, base)
+        form, evaluator = first.form, first.form_evaluator
+        parameters = parameters_of(form.problem, first.trajectory.constants)
+        base = MeshSolver.of(form.problem, settings, parameters, progress, evaluator=evaluator)
+        return cls(constant, others, form, base)
 
     def first(self, solution: Solution) -> Member:
         """The first member, on the mesh that the others follow."""
@@ -320,7 +329,7 @@ class _Walk:
     def next(self, last: Member, value: float) -> Member:
         """The member after another one."""
         base = self.base
-        parameters = parameters_of(base.problem, {**self.others, self.constant: value})
+        parameters = self.form.parameters({**self.others, self.constant: value})
         check_before_solve(base.problem, parameters)
         meshes = base.at(parameters)
         if base.settings.refinement.adapts and self._steps(last):

@@ -15,9 +15,9 @@ from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
 from ocp.problem.bounds import Bound
-from ocp.problem.display import text_of
 from ocp.problem.problem import Problem, with_objective
 from ocp.problem.symbols import Constant
+from ocp.problem.texts import text_of
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution

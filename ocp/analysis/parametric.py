@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ocp.algorithm import check_arguments, first_mesh, solve_from, start_from
+from ocp.algorithm import check_arguments, form_of, mesh_of, solve_from, start_from
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.policies.policy import FixedMesh
+from ocp.reformulate.form import Form
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.transcription.transcribe import Transcription
@@ -30,15 +30,18 @@ class Prepared:
     Attributes
     ----------
     problem : Problem
+    form : Form
+        What is solved in its place.
     settings : Settings
         With a mesh that stays.
     transcription : Transcription
         The nonlinear program of every solve.
     evaluator : Evaluator
-        Of expressions of the problem, which it compiles once.
+        Of expressions of ``form.problem``, which it compiles once.
     """
 
     problem: Problem
+    form: Form
     settings: Settings
     transcription: Transcription
     evaluator: Evaluator
@@ -75,13 +78,18 @@ class Prepared:
             As `ocp.solve`.
         """
         check_arguments(self.problem, self.settings, guess, self.mesh)
-        parameters = parameters_of(self.problem, constants)
-        start = start_from(self.problem, self.settings, guess)
+        parameters = self.form.parameters(constants)
+        start = start_from(self.form, self.settings, guess)
         with shown(progress) as say:
             meshes = MeshSolver.of(
-                self.problem, self.settings, parameters, say, self.transcription, self.evaluator
+                self.form.problem,
+                self.settings,
+                parameters,
+                say,
+                self.transcription,
+                self.evaluator,
             )
-            return solve_from(meshes, start, self.mesh, bound)
+            return solve_from(self.form, meshes, start, self.mesh, bound)
 
 
 @checked_keywords()
@@ -116,8 +124,8 @@ def prepare(
     fixed = FixedMesh(highest_degree=settings.refinement.highest_degree)
     settings = replace(settings, refinement=fixed)
 
-    if mesh is None:
-        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings, guess)
-    meshes = MeshSolver.of(problem, settings, parameters_of(problem, constants))
-    program = meshes.first_program(start_from(problem, settings, guess), mesh)
-    return Prepared(problem, settings, program, meshes.evaluator)
+    form = form_of(problem, settings, guess)
+    mesh = mesh or mesh_of(form, settings, guess)
+    meshes = MeshSolver.of(form.problem, settings, form.parameters(constants))
+    program = meshes.first_program(start_from(form, settings, guess), mesh)
+    return Prepared(problem, form, settings, program, meshes.evaluator)

@@ -213,7 +213,7 @@ def relaxed(
     given_way.sort(key=lambda s: -moved[s.unknown] / s.size)
     items = tuple(_item(s, moved[s.unknown], solution, parameters) for s in given_way)
     total = sum(prices.get(s.name, 1.0) * moved[s.unknown] / s.size for s in given_way)
-    of_motion = solution.kept_iterate, solution.evaluator
+    of_motion = solution.kept_iterate, solution.form_evaluator
     steps = nearest_step(*of_motion, parameters.signal_limits) if items else ""
     return Relaxation(problem.name, items, total, solution, steps)
 
@@ -222,7 +222,7 @@ def _holds(solution: Solution) -> bool:
     """Whether a motion holds between its points as well as a mesh that stays is good for."""
     iterate, verification = solution.kept_iterate, solution.verification
     errors = MotionErrors(
-        iterate.transcription, iterate.trajectory, solution.evaluator, iterate.parameters
+        iterate.transcription, iterate.trajectory, solution.form_evaluator, iterate.parameters
     )
     missed = any(True for _ in narrow_features(errors, _CLOSE))
     return not missed and max(verification.excess, verification.miss) <= _CLOSE

@@ -9,9 +9,10 @@ from ocp.keywords import checked_keywords
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.trajectory import Trajectory
 from ocp.problem.functionals import Integral, Peak
-from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, Signal
+from ocp.reformulate.form import reformulated
+from ocp.reformulate.standard import STANDARD
 from ocp.scaling.automatic import scales_of
 from ocp.scaling.scales import Scales
 
@@ -79,9 +80,11 @@ def scaling_report(
         Values that replace those of the statement.
     """
     check_is_problem(problem)
-    parameters = parameters_of(problem, constants)
-    start = initial_guess(problem, parameters, guess)
-    return report_of(problem, scales_of(problem, start, parameters))
+    form = reformulated(problem, STANDARD)
+    parameters = form.parameters(constants)
+    known = None if guess is None else form.solved(guess)
+    start = initial_guess(form.problem, parameters, known)
+    return report_of(form.problem, scales_of(form.problem, start, parameters))
 
 
 def report_of(problem: Problem, scales: Scales) -> ScalingReport:

@@ -40,6 +40,7 @@ from ocp.optimality.steps import steps_along
 from ocp.problem.end_limits import sides_closed_by_ends
 from ocp.problem.parameters import Parameters, limit_slopes
 from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.transcription.columns import PhaseColumns
@@ -170,7 +171,7 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
     sense = iterate.problem.sense
 
     sided = {}
-    for slope in lagrangian_slopes(iterate, multipliers, distances):
+    for slope in _slopes_of_statement(solution, multipliers, distances):
         value = slope.direct + float(slope.by_multiplier @ multipliers)
         down, up = changes.range_of(slope.by_multiplier) if changes.many else (0.0, 0.0)
 
@@ -197,7 +198,7 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
 
 def _not_known(solution: Solution, named: Iterable[str]) -> dict[str, str]:
     """Those of named numbers whose slope the multipliers do not tell, and why."""
-    hidden = missed_slopes(solution.kept_iterate, solution.evaluator, math.inf)
+    hidden = missed_slopes(solution.kept_iterate, solution.form_evaluator, math.inf)
     return {
         **{slope.symbol.name: _HIDDEN for slope in hidden if slope.symbol.name in named},
         **dict.fromkeys(_moved_by_steps(solution, named), _STEP),
@@ -209,8 +210,8 @@ def _moved_by_steps(solution: Solution, named: Iterable[str]) -> set[str]:
 
     Where the time of a step depends on the motion, these are all of them.
     """
-    problem, names = solution.problem, set[str]()
-    for step in steps_along(problem, solution.trajectory, solution.evaluator):
+    problem, names = solution.form.problem, set[str]()
+    for step in steps_along(problem, solution.kept_iterate.trajectory, solution.form_evaluator):
         if step.unseen:
             return set(named)
         names |= step.constants
@@ -237,9 +238,30 @@ def slopes_by_multipliers(solution: Solution) -> dict[str, float]:
     slopes = {
         slope.name: iterate.problem.sense
         * (slope.direct + float(slope.by_multiplier @ multipliers))
-        for slope in lagrangian_slopes(iterate, multipliers, distances)
+        for slope in _slopes_of_statement(solution, multipliers, distances)
     }
     return slopes | dict.fromkeys(_not_known(solution, slopes), math.nan)
+
+
+def _slopes_of_statement(
+    solution: Solution, multipliers: Array, distances: LimitDistances
+) -> list[Slope]:
+    """Derivatives of the Lagrangian by the named numbers that the statement has."""
+    slopes = lagrangian_slopes(solution.kept_iterate, multipliers, distances)
+    if solution.form.is_statement:
+        return slopes
+    added = set(_names(solution.form.problem)) - set(_names(solution.problem))
+    return [s for s in slopes if s.name.removesuffix(" lower").removesuffix(" upper") not in added]
+
+
+def _names(problem: Problem) -> Iterator[str]:
+    """Names of numbers and limits of a problem, without the side that is meant."""
+    yield from (symbol.name for symbol in problem.symbols)
+    yield from (bound.name for bound in problem.boundary_constraints)
+    for phase in problem.phases:
+        yield from (f"{phase.name}: {bound.name}" for bound in phase.bounds)
+        for state in phase.states:
+            yield from (f"{phase.name}: {state.name} {end}" for end in ("initial", "final"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,7 @@ class PhaseMesh:
         neighbours.
     longest : times its width on this mesh that an interval with a movable end may grow to.
     sides : (N, k) sides on which the expressions of an interval are, of each kink that the motion
-        may cross (`ocp.problem.kinks.surfaces.crossable_kinks`): 1 or -1, and 0 where that is left
+        may cross (`ocp.problem.kinks.crossable_kinks`): 1 or -1, and 0 where that is left
         open. None where it is left open everywhere.
     known : (k,) indices of inner breakpoints that stand at known times although a time of the phase
         is free, each with its time [s]. The others keep their share of the stretch between two of

@@ -25,7 +25,7 @@ from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.nlp.result import NlpResult
 from ocp.problem.display import with_unit
 from ocp.problem.integrator_chains import in_equation
-from ocp.problem.kinks.surfaces import kinks_of, rate_text
+from ocp.problem.kinks import choices_of, kinks_of, rate_text
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.transcription.row_names import RowKind, row_kinds
@@ -257,6 +257,11 @@ def _remedy_for_kinks(problem: Problem) -> str:
             f"{what} has a kink, by {' and '.join(operations)}: {_as_integral(problem, what)}state "
             "both sides as bounds, or the parts above and below it as controls of their own, each "
             "not negative; or "
+        )
+    for what in choices_of(problem):
+        return (
+            f"{what} chooses by if_else: if it is the larger of two values, write it with fmax, "
+            "and such a kink becomes a limit; or "
         )
     return ""
 

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeAlias
 
 import casadi as ca
 
@@ -31,8 +32,8 @@ _OPERANDS = {
 }
 
 
-# makes the result of an operation of its operands
-Replacement = Callable[[list[ca.SX]], ca.SX]
+# the result of an operation, or what makes it of the operands
+Replacement: TypeAlias = "ca.SX | Callable[[list[ca.SX]], ca.SX]"
 
 _FACTORS = 6  # of a product that are looked at for a sum
 _MOST_NAMES = 8  # of symbols that stand for an expression too long to write
@@ -107,13 +108,15 @@ class ExpressionGraph:
 
         Parameters
         ----------
-        instead : what makes the results of some instructions of their operands, by position.
+        instead : the results of some instructions, or what makes them of their operands, by
+            position.
         """
         codes, values = _codes(), list[ca.SX]()
         for position, instruction in enumerate(self.instructions):
             operands = instruction.operands
             if instead and position in instead:
-                values.append(instead[position]([values[i] for i in operands]))
+                new = instead[position]
+                values.append(new([values[i] for i in operands]) if callable(new) else new)
             elif instruction.operation == "number":
                 values.append(ca.SX(instruction.number))
             elif instruction.operation == "symbol":

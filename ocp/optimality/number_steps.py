@@ -21,10 +21,11 @@ from ocp.numerics.columnwise import columnwise
 from ocp.numerics.step_search import SteppingExpressions
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.steps import cause_text, owner_text, path_expressions
-from ocp.problem.display import text_of, with_unit
+from ocp.problem.display import with_unit
 from ocp.problem.functionals import BoundaryValue, Functional, PhaseTime, PointValue
 from ocp.problem.parameters import Interval
 from ocp.problem.symbols import Between, Constant, Signal, Symbol, Time, Unknown, resolve
+from ocp.problem.texts import text_of
 
 # Values of a number that are looked at, and instants of a phase at which a parameter is moved
 _VALUES = 65

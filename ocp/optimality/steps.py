@@ -24,9 +24,7 @@ from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.steep_search import NO_WAY, SteepChange, may_be_steep, steep_changes
 from ocp.numerics.step_search import FoundStep, SteppingExpressions
 from ocp.problem.bounds import Bound
-from ocp.problem.display import functional_text, text_of
-from ocp.problem.functionals import Integral, Peak
-from ocp.problem.kinks.epigraph import is_limit_of_size
+from ocp.problem.functionals import Integral, Peak, functional_text
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import (
     TIME,
@@ -40,6 +38,7 @@ from ocp.problem.symbols import (
     Unknown,
     resolve,
 )
+from ocp.problem.texts import text_of
 
 _Owner = State | Bound | Integral | Peak
 
@@ -236,7 +235,7 @@ def path_expressions(problem: Problem, name: str) -> Iterator[tuple[_Owner, ca.S
     yield from phase.dynamics.items()
     for bound in phase.bounds:
         # what the limit of a size divides by is above zero by construction, but only a little
-        if not is_limit_of_size(bound):
+        if not (bound.of_cost and bound.scale):
             yield bound, bound.expression
     for functional in problem.functionals:
         if isinstance(functional, (Integral, Peak)):

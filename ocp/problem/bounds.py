@@ -11,6 +11,7 @@ import casadi as ca
 
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
+from ocp.problem.relations import check_no_relation, meant_by
 from ocp.problem.symbols import (
     LIMIT_WORDS,
     Symbol,
@@ -47,6 +48,9 @@ class Bound:
     scale : float or None
         Typical size of the expression [unit], of which an excess is a part. If None it is derived
         from the guess, and an excess is a part of the largest value on the motion.
+    of_cost : bool
+        Whether it only holds a cost above what it stands for, as a reformulation may state it: no
+        limit of the motion is exceeded with it, and an excess is worth what the cost is less by.
 
     Attributes
     ----------
@@ -68,6 +72,7 @@ class Bound:
     lower: Any = -math.inf
     upper: Any = math.inf
     scale: float | None = None
+    of_cost: bool = False
     symbols: tuple[Symbol, ...] = field(init=False, repr=False)
     is_equation: bool = field(init=False, repr=False)
 
@@ -77,7 +82,7 @@ class Bound:
         where = f"the bound '{self.name}'"
         object.__setattr__(self, "expression", scalar(self.expression, where))
         object.__setattr__(self, "symbols", resolve(self.expression, where))
-        _check_no_relation(self.expression, self.name)
+        check_no_relation(self.expression, self.name)
         check_interval(self.name, self.lower, self.upper)
         check_scale(self.name, self.scale)
         if not is_limited(self.lower, self.upper):
@@ -112,7 +117,7 @@ def checked_bounds(bounds: Any, where: str) -> tuple[Bound, ...]:
             "as [x <= 2]"
         ) from error
     stated = [
-        e if isinstance(e, Bound) else _from_relation(e, where)
+        e if isinstance(e, Bound) else Bound(**vars(meant_by(e, where)))
         for entry in entries
         for e in _each(entry)
     ]
@@ -154,15 +159,3 @@ def _with_plain_limits(bound: Bound) -> Iterator[Bound]:
             plain = limit if is_plain(limit) else 0.0
             lower, upper = (plain, math.inf) if side == "lower" else (-math.inf, plain)
             yield replace(bound, name=name, expression=expression, lower=lower, upper=upper)
-
-
-def _check_no_relation(expression: Any, name: str) -> None:
-    from ocp.problem.relations import check_no_relation  # which needs this module
-
-    check_no_relation(expression, name)
-
-
-def _from_relation(relation: Any, where: str) -> Bound:
-    from ocp.problem.relations import bound_of  # which needs this module
-
-    return bound_of(relation, where)

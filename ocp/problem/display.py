@@ -1,109 +1,18 @@
-"""What a statement looks like as text: expressions, units, and the problem as one states it."""
+"""The problem as one states it, as text."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, assert_never
+from typing import TYPE_CHECKING, Any
 
-import casadi as ca
-
-from ocp.numerics.expression_graph import ExpressionGraph, expression_text, graph_of
-from ocp.problem.functionals import (
-    AnyFunctional,
-    BoundaryValue,
-    Integral,
-    Peak,
-    PhaseTime,
-    PointValue,
-)
-from ocp.problem.symbols import Between, Signal, Symbol, Unknown, is_number, resolve, scalar
+from ocp.problem.symbols import Between, Signal, Unknown, is_number
+from ocp.problem.texts import text_of, unit_of
 
 if TYPE_CHECKING:
     from ocp.problem.bounds import Bound
     from ocp.problem.phase import Phase
     from ocp.problem.problem import Problem
-
-
-def text_of(expression: Any, longest: int = 160) -> str:
-    """An expression as one writes it, values of the motion with what they are values of.
-
-    Parameters
-    ----------
-    longest : int
-        An expression of more characters is named by the symbols it depends on.
-    """
-    symbols = {s.symbol.element_hash(): s for s in resolve(expression, "an expression")}
-    sx = scalar(expression, "an expression")
-
-    def name_of(bare: ca.SX) -> str:
-        symbol = symbols[bare.element_hash()]
-        if not isinstance(symbol, AnyFunctional):
-            return symbol.name
-        text = functional_text(symbol)
-        return text if sx.is_symbolic() else f"({text})"
-
-    return expression_text(sx, name_of, longest)
-
-
-def functional_text(functional: AnyFunctional) -> str:
-    """A functional as one writes it, such as ``integral of u^2 over flight``."""
-    match functional:
-        case Integral():
-            return f"integral of {text_of(functional.expression)} over {functional.phase}"
-        case Peak():
-            bar = "|" if functional.absolute else ""
-            texts = [f"{bar}{text_of(e)}{bar} over {phase}" for phase, e in functional.pieces]
-            return f"peak of {', '.join(texts)}"
-        case BoundaryValue():
-            expression = text_of(functional.expression)
-            return f"{expression} at the {functional.end} of {functional.phase}"
-        case PointValue():
-            return f"{text_of(functional.expression)} at {functional.instant:g} s"
-        case PhaseTime():
-            return f"{functional.end} of {functional.phase}"
-        case _:
-            assert_never(functional)
-
-
-def unit_of(expression: Any) -> str | None:
-    """The unit of an expression; None if it is a number, "1" where its symbols do not tell.
-
-    A product with a number does not tell: the number may convert the unit.
-    """
-    symbols = resolve(expression, "an expression")
-    sx = scalar(expression, "an expression")
-    graph = graph_of([sx], [symbol.symbol for symbol in symbols])
-    return _unit_of(graph, [_symbol_unit(symbol) for symbol in symbols], graph.results[0])
-
-
-def _symbol_unit(symbol: Symbol) -> str | None:
-    if isinstance(symbol, (BoundaryValue, PointValue)):
-        return unit_of(symbol.expression)  # of which it is the value
-    return symbol.unit
-
-
-def _unit_of(graph: ExpressionGraph, units: Sequence[str | None], position: int) -> str | None:
-    """The unit of one instruction's result."""
-    instruction = graph.instructions[position]
-    operands = instruction.operands
-    if instruction.operation == "number":
-        return None
-    if instruction.operation == "symbol":
-        return units[operands[0]]
-    if instruction.operation in ("neg", "fabs"):
-        return _unit_of(graph, units, operands[0])
-    if len(operands) == 1 or instruction.operation == "call":
-        return "1"
-
-    first, second = (_unit_of(graph, units, i) for i in operands)
-    if instruction.operation in ("add", "sub", "fmin", "fmax", "hypot"):
-        return first if second in (None, first) else second if first is None else "1"
-    if instruction.operation in ("mul", "div") and second == "1" and first is not None:
-        return first
-    if instruction.operation == "mul" and first == "1" and second is not None:
-        return second
-    return "1"
 
 
 def objective_unit(problem: Problem) -> str:

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeVar
+from typing import Literal, TypeVar, assert_never
 
 import casadi as ca
 
 from ocp.problem.symbols import State, Symbol, check_scale
+from ocp.problem.texts import text_of
 
 End = Literal["start", "end"]
 
@@ -65,10 +66,13 @@ class Functional(Symbol):
         object.__setattr__(self, "phase_dynamics", tuple(dynamics))
 
     def __repr__(self) -> str:
-        from ocp.problem.display import functional_text
+        return f"{type(self).__name__}({self.text})"
 
+    @property
+    def text(self) -> str:
+        """What it is, such as ``integral of u^2 over flight``."""
         assert isinstance(self, AnyFunctional)
-        return f"{type(self).__name__}({functional_text(self)})"
+        return functional_text(self)
 
 
 class Integral(Functional):
@@ -99,12 +103,22 @@ class BoundaryValue(Functional):
 
     end: End = "end"
 
+    @property
+    def value_of(self) -> ca.SX:
+        """The expression."""
+        return self.expression
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointValue(Functional):
     """Value of an expression at a given time [s] inside a phase of fixed times."""
 
     instant: float = 0.0
+
+    @property
+    def value_of(self) -> ca.SX:
+        """The expression."""
+        return self.expression
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,3 +139,23 @@ def pieces_over(functionals: Iterable[_Kind], phase: str) -> Iterator[tuple[_Kin
         for name, expression in functional.pieces:
             if name == phase:
                 yield functional, expression
+
+
+def functional_text(functional: AnyFunctional) -> str:
+    """A functional as one writes it, such as ``integral of u^2 over flight``."""
+    match functional:
+        case Integral():
+            return f"integral of {text_of(functional.expression)} over {functional.phase}"
+        case Peak():
+            bar = "|" if functional.absolute else ""
+            texts = [f"{bar}{text_of(e)}{bar} over {phase}" for phase, e in functional.pieces]
+            return f"peak of {', '.join(texts)}"
+        case BoundaryValue():
+            expression = text_of(functional.expression)
+            return f"{expression} at the {functional.end} of {functional.phase}"
+        case PointValue():
+            return f"{text_of(functional.expression)} at {functional.instant:g} s"
+        case PhaseTime():
+            return f"{functional.end} of {functional.phase}"
+        case _:
+            assert_never(functional)

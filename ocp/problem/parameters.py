@@ -17,8 +17,6 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.problem.functionals import Integral
-from ocp.problem.kinks.epigraph import Epigraph, prices
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant, Signal, is_number, is_real, resolve, scalar
 
@@ -79,8 +77,7 @@ def parameters_of(
     Raises
     ------
     StatementError
-        When the problem does not use such a constant, a value is no finite number, or with it a
-        kink no longer costs that was stated as a control (`ocp.problem.kinks.raised`).
+        When the problem does not use such a constant, or a value is no finite number.
     """
     if changed is not None and not isinstance(changed, Mapping):
         raise StatementError(
@@ -99,8 +96,6 @@ def parameters_of(
             raise StatementError(f"the constant '{name}' is {value!r}; give it a finite number")
         values[name] = float(value)
     vector = np.array(list(values.values()), dtype=float)
-    if changed:
-        _check_prices(problem, vector)
 
     # all limits at once
     stated = _stated_limits(problem)
@@ -123,33 +118,6 @@ def limit_slopes(limit: Any, parameters: Parameters) -> dict[str, float]:
     slope = ca.Function("slope", [inputs], [jacobian])
     values = np.array(slope([parameters.values[s.name] for s in symbols])).ravel()
     return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
-
-
-def _check_prices(problem: Problem, values: Array) -> None:
-    """StatementError where a control that took the place of a kink would gain by being larger."""
-    found, function = _prices(problem)
-    if not found:
-        return
-    for (control, expression), price in zip(found, function(values).nonzeros(), strict=True):
-        if price < 0.0:
-            used = [s for s in resolve(expression, "a price") if isinstance(s, Constant)]
-            known = [c.name for c in problem.constants]
-            given = ", ".join(f"'{c.name}' = {values[known.index(c.name)]:g}" for c in used)
-            raise StatementError(
-                f"with {given} a larger '{control.name}' no longer costs in problem "
-                f"'{problem.name}', but as it was stated it did; declare the constants with values "
-                "of these signs, and state the problem again"
-            )
-
-
-@lru_cache(maxsize=64)
-def _prices(problem: Problem) -> tuple[list[tuple[Epigraph, ca.SX]], ca.Function]:
-    """What controls cost that took the place of kinks, and that as a function of the constants."""
-    integrals = [f for f in problem.functionals if isinstance(f, Integral)]
-    found = prices(integrals, problem.phases, problem.objective, problem.boundary_constraints)
-    constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
-    values = ca.vertcat(*[price for _, price in found], ca.SX(0, 1))
-    return found, ca.Function("prices", [constants], [values])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

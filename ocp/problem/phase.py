@@ -5,6 +5,7 @@ Nothing here is numerical: a ``Phase`` holds expressions of declared symbols.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -169,7 +170,8 @@ class Phase:
             for side, limit in symbol.coupled if isinstance(symbol, Signal) else ():
                 name, excess = f"{symbol.name} {side}", symbol.symbol - limit
                 if name not in stated:
-                    limits.append(Bound(name, excess, symbol.unit, **{side: 0.0}))
+                    lower, upper = (0.0, math.inf) if side == "lower" else (-math.inf, 0.0)
+                    limits.append(Bound(name, excess, symbol.unit, lower, upper))
                 # a copy of the phase has it already
                 elif not ca.is_equal(stated[name].expression, excess, _DEPTH):
                     raise StatementError(

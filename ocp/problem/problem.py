@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import casadi as ca
@@ -21,10 +21,6 @@ from ocp.problem.functionals import (
     pieces_over,
 )
 from ocp.problem.instants import stepping_times
-from ocp.problem.kinks.epigraph import as_stated, epigraphs, without_limits
-from ocp.problem.kinks.raised import with_raised_kinks
-from ocp.problem.kinks.raised_ends import with_raised_ends
-from ocp.problem.kinks.split_controls import with_split_controls
 from ocp.problem.phase import Phase
 from ocp.problem.statement_checks import check_problem
 from ocp.problem.symbols import (
@@ -45,6 +41,9 @@ from ocp.problem.symbols import (
 
 Kind = TypeVar("Kind", bound=Symbol)
 
+_FORMER = {
+    "raise_kinks": "write it where the problem is solved: Settings(reformulations=()) for False"
+}
 _ELSEWHERE = {
     **dict.fromkeys(("objective", "cost"), "write minimise=... or maximise=..."),
     **dict.fromkeys(("phase",), "write phases=..."),
@@ -52,7 +51,7 @@ _ELSEWHERE = {
 }
 
 
-@checked_keywords(elsewhere=_ELSEWHERE)
+@checked_keywords(_FORMER, _ELSEWHERE)
 @dataclass(frozen=True, eq=False, repr=False)
 class Problem:
     """Phases, the bounds and links between them, and what to minimise or maximise.
@@ -67,8 +66,6 @@ class Problem:
         Of functionals, unknowns and constants.
     scale : float or None
         Typical size of the objective. It is derived from its terms if None.
-    raise_kinks : bool
-        Whether kinks that only cost become controls of their own, see `ocp.problem.kinks.raised`.
 
     Attributes
     ----------
@@ -113,7 +110,6 @@ class Problem:
     bounds: Sequence[Bound] = ()
     links: Sequence[Bound] = ()
     scale: float | None = None
-    raise_kinks: bool = field(default=True, kw_only=True)
 
     objective: ca.SX = field(init=False, repr=False)
     objective_symbols: tuple[Symbol, ...] = field(init=False, repr=False)
@@ -144,67 +140,10 @@ class Problem:
         if (self.minimise is None) == (self.maximise is None):
             raise StatementError(f"{where} needs exactly one of minimise and maximise")
 
-        # what follows from the statement is worked out once, and again where kinks are left out
-        self._derive()
-        check_problem(self)
-        if self.raise_kinks:
-            self._raise_ends()
-            self._split_controls()
-            self._raise_kinks()
-
-    def _derive(self) -> None:
+        # what follows from the statement is worked out once
         for name, value in self._derived().items():
             object.__setattr__(self, name, value)
-
-    @property
-    def _names(self) -> list[str]:
-        """That are taken."""
-        return [s.name for s in self.symbols] + [b.name for b in self.boundary_constraints]
-
-    def _raise_ends(self) -> None:
-        """State kinks of minimised numbers as limits, see `ocp.problem.kinks.raised_ends`."""
-        raised = with_raised_ends(self.objective, self._names)
-        if raised is not None:
-            bounds = (*self.bounds, *raised.limits)
-            self._restate(self.phases, raised.objective, bounds, self.links)
-
-    def _split_controls(self) -> None:
-        """Split controls at kinks of rates, see `ocp.problem.kinks.split_controls`."""
-        split = with_split_controls(self.phases, self.functionals, self._names)
-        if split is not None:
-            self._restate_by(split.of, split.phases)
-
-    def _raise_kinks(self) -> None:
-        """State kinks that only cost as limits of controls, see `ocp.problem.kinks.raised`."""
-        integrals = _of_kind(Integral, self.functionals)
-        raised = with_raised_kinks(
-            self.phases, integrals, self.objective, self.boundary_constraints, self._names
-        )
-        if raised is not None:
-            self._restate_by(raised.of, raised.phases)
-
-    def _restate_by(self, of: Callable[[ca.SX], ca.SX], phases: Sequence[Phase]) -> None:
-        """Take other phases, and another expression for each one of numbers."""
-        bounds, links = (
-            tuple(replace(b, expression=of(b.expression)) for b in stated)
-            for stated in (self.bounds, self.links)
-        )
-        self._restate(phases, of(self.objective), bounds, links)
-
-    def _restate(
-        self,
-        phases: Sequence[Phase],
-        objective: ca.SX,
-        bounds: Sequence[Bound],
-        links: Sequence[Bound],
-    ) -> None:
-        """Take other phases, and another objective to minimise, bounds and links."""
-        stated = "minimise" if self.sense > 0 else "maximise"
-        object.__setattr__(self, "phases", phases)
-        object.__setattr__(self, "bounds", bounds)
-        object.__setattr__(self, "links", links)
-        object.__setattr__(self, stated, self.sense * objective)
-        self._derive()
+        check_problem(self)
 
     def _derived(self) -> dict[str, Any]:
         """The derived fields, by name."""
@@ -417,42 +356,10 @@ def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound
     check_is_problem(problem)
     objective = scalar(minimise, "the objective")
     further = checked_bounds(extra_bounds, f"problem '{problem.name}'")
-    phases, bounds, links = problem.phases, (*problem.bounds, *further), problem.links
-
-    # a kink that only costs in one objective needs no control in another one, or a new one
-    stated = [f for f in problem.functionals if isinstance(f, Integral) and as_stated(f) is not f]
-    if stated and not _uses_epigraphs(problem, objective, further):
-        new = ca.vertcat(*[f.symbol for f in stated])
-        old = ca.vertcat(*[as_stated(f).symbol for f in stated])
-        objective = ca.substitute(objective, new, old)
-        bounds, links = (
-            tuple(replace(b, expression=ca.substitute(b.expression, new, old)) for b in some)
-            for some in (bounds, links)
-        )
-        phases = [_as_stated(phase) for phase in phases]
+    bounds = (*problem.bounds, *further)
     return Problem(
-        problem.name,
-        phases,
-        minimise=objective,
-        bounds=bounds,
-        links=links,
-        raise_kinks=problem.raise_kinks or bool(stated),
+        problem.name, problem.phases, minimise=objective, bounds=bounds, links=problem.links
     )
-
-
-def _as_stated(phase: Phase) -> Phase:
-    """A phase without the limits of controls that took the place of kinks."""
-    return replace(phase, bounds=without_limits(phase.bounds))
-
-
-def _uses_epigraphs(problem: Problem, objective: ca.SX, further: Sequence[Bound]) -> bool:
-    """Whether something else is stated of the controls that took the place of kinks."""
-    phases = [_as_stated(phase) for phase in problem.phases]
-    bounds = (*problem.boundary_constraints, *further)
-    symbols = resolve(objective, "the objective")
-    functionals = [s for s in _boundary_symbols(symbols, bounds) if isinstance(s, AnyFunctional)]
-    others = [f for f in functionals if f not in set(problem.functionals)]
-    return bool(epigraphs(_all_symbols(phases, others, ())))
 
 
 def named(problem: Problem, name: Any, phase: str | None = None) -> Any:

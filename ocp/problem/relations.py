@@ -7,14 +7,14 @@ operation tells the relation, and the operands of that are its two sides.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from ocp.errors import StatementError
-from ocp.problem.bounds import Bound
-from ocp.problem.display import text_of, unit_of
 from ocp.problem.symbols import Constant, Symbol, is_limited, resolve, scalar
+from ocp.problem.texts import text_of, unit_of
 
 _SIGNS = {ca.OP_LE: "<=", ca.OP_LT: "<=", ca.OP_EQ: "=="}
 _LOGICAL = {*_SIGNS, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR}
@@ -23,7 +23,18 @@ _WRITE = "write a relation such as x <= 2, or Bound(name, expression, unit, lowe
 _LONGEST_NAME = 80
 
 
-def bound_of(relation: Any, where: str) -> Bound:
+@dataclass(frozen=True, eq=False)
+class Meant:
+    """What a relation limits, and by what: the arguments of a `Bound`."""
+
+    name: str
+    expression: ca.SX
+    unit: str
+    lower: Any
+    upper: Any
+
+
+def meant_by(relation: Any, where: str) -> Meant:
     """The bound that a relation means; ``<`` means the same as ``<=``.
 
     A side that depends on nothing but constants is the limit.  Where both sides vary, their
@@ -50,7 +61,7 @@ def bound_of(relation: Any, where: str) -> Bound:
         )
 
     expression, limit = (left, _limit(right)) if _is_limit(right) else (left - right, 0.0)
-    return Bound(
+    return Meant(
         name,
         expression,
         unit=unit_of(left) or unit_of(right) or "1",
@@ -77,7 +88,7 @@ def check_no_relation(expression: ca.SX, name: str) -> None:
 def _without_relation(relation: ca.SX, name: str, where: str) -> str:
     """What to write instead of a bound of a relation."""
     try:
-        meant = bound_of(relation, where)
+        meant = meant_by(relation, where)
     except StatementError:
         return (
             "a bound limits an expression such as x, so state each limit as a bound of its own: "

@@ -72,6 +72,16 @@ class Symbol(ca.GenericExpressionCommon):
     unit: str
     symbol: ca.SX
 
+    @property
+    def text(self) -> str:
+        """What one writes for it."""
+        return self.name
+
+    @property
+    def value_of(self) -> ca.SX | None:
+        """The expression that it is a value of, in the same unit; None for most."""
+        return None
+
     def __SX__(self) -> ca.SX:
         return self.symbol
 

@@ -155,7 +155,8 @@ def _costates(solution: Solution) -> Iterator[TimeHistory]:
     if solution.multipliers is None:
         return
     curves: dict[str, TimeHistory] = {}
-    units = {s.name: s.unit for s in (*solution.problem.symbols, *solution.problem.functionals)}
+    solved = solution.form.problem
+    units = {s.name: s.unit for s in (*solved.symbols, *solved.functionals)}
     objective = objective_unit(solution.problem)
     for costates in solution.multipliers.costates:
         times, intervals, tau = _points(solution.trajectory.phase(costates.name))

@@ -18,13 +18,13 @@ from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import Integral, Peak
-from ocp.problem.kinks.epigraph import as_stated
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
 from ocp.problem.vectors import Vector
 from ocp.refinement.estimates.motion_errors import dense_peak
 from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.reformulate.form import Form
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification
 
@@ -46,7 +46,7 @@ _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 @lazy_fields("replayed", "replay", "verification", "verdict", "multipliers")
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """A verified trajectory and how it came about.
+    """A verified trajectory of the problem as it was stated, and how it came about.
 
     Multipliers are worked out when they are first read, and so are replay, verification and verdict
     of an answer on a fixed mesh, which does not depend on them.
@@ -55,7 +55,7 @@ class Solution:
     ----------
     problem : Problem
     objective : float
-        Value of what was minimised or maximised, as the solver reports it [unit of the objective].
+        Value of what was minimised or maximised [unit of the objective].
     trajectory, replayed : Trajectory
         The solution and its independent replay.  With ``verify=False`` there is none: `replayed`
         is the solution then, and `replay` has no phases.
@@ -71,12 +71,18 @@ class Solution:
         "global: bound met", "local: ..." or "unverified", in words.
     evaluator : Evaluator
         Of expressions of the problem.
+    form : Form
+        What was solved in the problem's place: ``form.problem`` is the problem itself where nothing
+        was reformulated.
+    form_evaluator : Evaluator
+        Of expressions of ``form.problem``.
     seconds : float
         That the solve took [s].
     multipliers : Multipliers or None
-        Of dynamics (costates), bounds, links and peaks, in the units of the statement.
+        Of dynamics (costates), bounds, links and peaks of ``form.problem``, in the units of the
+        statement.
     iterate : Iterate or None
-        The point of the nonlinear program, for proofs and warm starts.
+        The point of the nonlinear program of ``form.problem``, for proofs and warm starts.
     """
 
     problem: Problem
@@ -90,6 +96,8 @@ class Solution:
     verdict: str
     multipliers: Multipliers | None
     evaluator: Evaluator
+    form: Form
+    form_evaluator: Evaluator
     seconds: float = 0.0
     iterate: Iterate | None = None
 
@@ -141,25 +149,15 @@ class Solution:
         symbols = resolve(scalar(expression, "an expression"), "an expression")
         # the mesh was not made for what the problem does not state
         found: dict[Any, float] = {}
-        of_problem = set(self.problem.functionals)
+        of_problem, solved = set(self.problem.functionals), set(self.form.problem.functionals)
         for f in symbols:
             stated = f in of_problem
             if isinstance(f, Peak):
                 samples = 0 if stated else _SAMPLES
                 found[f] = dense_peak(self.evaluator, source, f, samples)
-            elif isinstance(f, Integral) and self._has_room(f):
-                found[f] = dense_integral(self.evaluator, source, as_stated(f))
-            elif isinstance(f, Integral) and not stated:
+            elif isinstance(f, Integral) and f not in solved:
                 found[f] = dense_integral(self.evaluator, source, f)
         return self.evaluator.number(source, expression, found)
-
-    def _has_room(self, integral: Integral) -> bool:
-        """Whether controls that took the place of kinks may lie above these in an integral.
-
-        They may where it is only bounded. What is minimised presses them down.
-        """
-        in_objective = integral in set(self.problem.objective_symbols)
-        return as_stated(integral) is not integral and not in_objective
 
     def sample(
         self,
@@ -299,7 +297,7 @@ class Solution:
         """The sizes by which the solve divided, and why; prints as a table."""
         from ocp.analysis.scaling_report import report_of
 
-        return report_of(self.problem, self.kept_iterate.scales)
+        return report_of(self.form.problem, self.kept_iterate.scales)
 
     def sensitivities(self) -> dict[str, float]:
         """Change of the optimum per unit of every named number, see `ocp.analysis.sensitivity`.

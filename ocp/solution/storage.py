@@ -34,12 +34,22 @@ from ocp.problem.parameters import parameters_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, ByFraction, Signal, Symbol, Time, resolve
+from ocp.reformulate.form import Form
 from ocp.solution.files import check_room, read_file, write_file
 from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
-_VERSION = 4
+_VERSION = 5
+_BEFORE_FORMS = 4  # held what was solved as the problem, and nothing of the statement
 _TEXT = "solution.json"
+
+# Classes of version 4: what stands for them, and fields that are left out
+_FORMER: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "Epigraph": ("Control", ("sides", "largest")),
+    "VectorSize": ("Control", ("sides", "largest", "square")),
+    "SumOfParts": ("SumOfParts", ("sides", "largest")),
+    "RaisedNumber": ("Unknown", ("largest",)),
+}
 _FIRST_VERSION = b"ocp solution 1\n"  # how files of version 1 began, which held pickled objects
 _LISTS, _BYTES_OF_A_LIST = 200_000, 2  # packed, of which the text of a solution has one in three
 _SAMPLES = 2001  # of a guess that is a function of time
@@ -120,7 +130,7 @@ def tabulated(problem: Problem) -> Problem:
     A solve of it takes the same steps here and in another process, or after the problem was stored.
     """
     phases = [replace(phase, guess=_tabulated(phase, problem)) for phase in problem.phases]
-    return replace(problem, phases=phases, raise_kinks=False)  # those that can be raised are
+    return replace(problem, phases=phases)
 
 
 def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") -> Any:
@@ -146,7 +156,7 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
         if text["format"] != _FORMAT:
             raise ValueError(f"its format is {text['format']!r}")
         version = text["version"]
-        if version == _VERSION:
+        if version in (_BEFORE_FORMS, _VERSION):
             return _read(archive, text, known)
     except Exception as error:
         reason = (str(error) or type(error).__name__).splitlines()[0]
@@ -326,18 +336,19 @@ class _Reader:
                 return np.lib.format.read_array(member, allow_pickle=False)
         if "instructions" in entry:
             return self._expression(entry)
-        name = entry["class"]
-        if name == "Time":
+        if entry["class"] == "Time":
             return TIME
+        name, former = _FORMER.get(entry["class"], (entry["class"], ()))
         if name not in _classes():
             raise ValueError(f"it has an object of the unknown class {name!r}")
         made = _classes()[name]
-        values = {key: self.read(value) for key, value in entry["fields"].items()}
+        fields = entry["fields"].items()
+        values = {key: self.read(value) for key, value in fields if key not in former}
         if not set(values) <= set(_stored_fields(made)):
             raise ValueError(f"it has a {name} with other fields")
-        if made is Problem:
-            # a kink that is in the file was there when it was solved
-            values["raise_kinks"] = False
+        if made is Solution and "form" not in values:
+            form = Form(values["problem"], values["problem"])
+            values |= {"form": form, "form_evaluator": values["evaluator"]}
         return made(**values)
 
     def _expression(self, entry: Mapping[str, Any]) -> ca.SX:
@@ -364,10 +375,7 @@ class _Reader:
 def _stored_fields(kind: Callable[..., Any]) -> tuple[str, ...]:
     """Names of the fields that a file keeps: those of the constructor that a reader needs."""
     assert is_dataclass(kind)
-    left_out = ("built", "raise_kinks")
-    return tuple(
-        f.name for f in fields(kind) if f.init and f.name[0] != "_" and f.name not in left_out
-    )
+    return tuple(f.name for f in fields(kind) if f.init and f.name[0] != "_" and f.name != "built")
 
 
 def _tabulated(phase: Phase, problem: Problem | None) -> dict[Signal, Any]:
@@ -392,15 +400,14 @@ def _classes() -> dict[str, Callable[..., Any]]:
     from ocp.numerics import piecewise_polynomial, schemes
     from ocp.optimality import iterate, multipliers
     from ocp.problem import bounds, functionals, symbols
-    from ocp.problem.kinks import epigraph, raised_ends, split_controls
     from ocp.refinement import mesh_iteration
+    from ocp.reformulate import split_controls
     from ocp.scaling import scales
     from ocp.verification import simulation, verify
 
     listed = (
         *(symbols.State, symbols.Control, symbols.Algebraic, symbols.Unknown, symbols.Constant),
-        *(epigraph.Epigraph, epigraph.VectorSize, split_controls.SumOfParts),
-        *(raised_ends.RaisedNumber, symbols.Between, bounds.Bound, Phase, Problem),
+        *(split_controls.SumOfParts, symbols.Between, bounds.Bound, Phase, Problem, Form),
         *(functionals.Integral, functionals.Peak, functionals.BoundaryValue),
         *(functionals.PointValue, functionals.PhaseTime),
         *(Interpolant, *schemes.SCHEMES.values()),

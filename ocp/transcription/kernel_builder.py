@@ -17,7 +17,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.numerics.piecewise_polynomial import bernstein, elevation, lagrange
 from ocp.problem.instants import BESIDE, within
-from ocp.problem.kinks.surfaces import crossable_kinks
+from ocp.problem.kinks import crossable_kinks
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.scaling.scales import Scales

@@ -10,7 +10,6 @@ from typing import Any
 import casadi as ca
 
 from ocp.problem.functionals import Peak, pieces_over
-from ocp.problem.kinks.epigraph import Epigraph, limited_for_cost
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -53,8 +52,8 @@ class PathConstraint:
         -1 for the lower side of a peak of an absolute value.
     is_equation : bool
         Whether its limits agree.
-    of_cost : Epigraph or None
-        The control that it holds above an expression, where that control only costs.
+    of_cost : bool
+        Whether it only holds a cost above what it stands for, see `Bound`.
     """
 
     phase: str
@@ -72,7 +71,7 @@ class PathConstraint:
     of_states: bool = True
     has_control: bool = False
     has_stated_scale: bool = False
-    of_cost: Epigraph | None = None
+    of_cost: bool = False
 
     def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
         """Lower and upper limit of ``sign * expression``, at given values of the peaks."""
@@ -124,7 +123,7 @@ def _of_bounds(phase: Phase, problem: Problem, scales: Scales) -> Iterator[PathC
             sampled=True,
             has_stated_scale=b.scale is not None,
             is_equation=b.is_equation,
-            of_cost=limited_for_cost(b, phase, problem.functionals),
+            of_cost=b.of_cost,
         )
 
 

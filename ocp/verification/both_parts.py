@@ -1,4 +1,4 @@
-"""Both parts of a control at once, if it was split (`ocp.problem.kinks.split_controls`).
+"""Both parts of a control at once, if it was split (`ocp.reformulate.split_controls`).
 
 The parts stand for the control as long as one of them is zero. A motion that has both at once is
 none of the statement, and the best one of a statement in which losses are paid for.
@@ -13,8 +13,8 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.errors import SolveFailed
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.problem.kinks.split_controls import SumOfParts, sums_of_parts
 from ocp.problem.problem import Problem
+from ocp.reformulate.split_controls import SumOfParts, sums_of_parts
 
 # Mean of both parts at once over a phase, of the largest value of the control. A solver leaves
 # 1e-8. What is less than this and matters is what the replay finds, which drives the stated rates.

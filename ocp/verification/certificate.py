@@ -19,6 +19,7 @@ from ocp.errors import StatementError
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers, all_multipliers
+from ocp.reformulate.form import Form
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.finer_mesh import finer_mesh_conditions
 from ocp.verification.known_times import known_time_conditions
@@ -102,7 +103,10 @@ class Certifiable(Protocol):
     def trajectory(self) -> Trajectory: ...
 
     @property
-    def evaluator(self) -> Evaluator: ...
+    def form(self) -> Form: ...
+
+    @property
+    def form_evaluator(self) -> Evaluator: ...
 
     @property
     def kept_iterate(self) -> Iterate: ...
@@ -129,18 +133,19 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
         raise StatementError(f"certify checks a Solution, not {solution!r}; solve it first")
 
     # what the solution shows is tested, not what its solver once had
-    iterate = solution.kept_iterate
+    iterate, form = solution.kept_iterate, solution.form
     shown = replace(
         iterate,
-        trajectory=solution.trajectory,
+        trajectory=solution.trajectory if form.is_statement else iterate.trajectory,
         objective=solution.objective,
         built=iterate.transcription,
     )
     evidence = Evidence(
+        form=form,
         iterate=shown,
         multipliers=solution.kept_multipliers,
         scaled=all_multipliers(shown),
-        evaluator=solution.evaluator,
+        evaluator=solution.form_evaluator,
     )
 
     allowed = tolerances or Tolerances()

@@ -11,6 +11,7 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import Functional, Peak
+from ocp.reformulate.form import Form
 
 
 @dataclass(frozen=True)
@@ -40,14 +41,18 @@ class Evidence:
 
     Attributes
     ----------
+    form : Form
+        The statement, and what was solved in its place.
     iterate : Iterate
-        With the trajectory and the objective that the solution shows.
+        With the trajectory and the objective that the solution shows, if it is the statement that
+        was solved.
     multipliers : Multipliers
         As the solution shows them.
     scaled : (rows + n,)
         Scaled multipliers of the rows, then of the unknowns' bounds.
     """
 
+    form: Form
     iterate: Iterate
     multipliers: Multipliers
     scaled: Array

@@ -24,7 +24,8 @@ from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_rema
 from ocp.scaling.far_sizes import ROOMY
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.far_origins import WITHIN
-from ocp.verification.simulation import SimulatedMotion, replayed, simulate
+from ocp.verification.replayed_answer import ReplayedAnswer
+from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.tolerances import Tolerances
 from ocp.verification.verify import Verification, boundary_excesses, verify
 
@@ -35,9 +36,8 @@ _OF_A_SCALE = 1e-3
 def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
     """The motion against the statement: replayed, between its points, and at what they miss."""
     iterate, evaluator = evidence.iterate, evidence.evaluator
-    simulated = simulate(iterate.problem, iterate.trajectory, iterate.scales.signals)
-    replay = replayed(iterate.trajectory, simulated)
-    verification = verify(iterate, simulated, replay, Accuracy(), evaluator)
+    replay = ReplayedAnswer.of(evidence.form, iterate, evaluator)
+    verification = verify(iterate, replay, Accuracy())
     between_points = MotionErrors(
         iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
     )
@@ -46,7 +46,8 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
     for taken in roomy_sizes(iterate):
         ratio = taken.size / taken.of_motion
         yield Condition(f"size of {taken.what}", ratio, ROOMY, taken.sentence)
-    yield Condition("replay", simulated.miss, allowed.replay, _replay_words(simulated))
+    words = _replay_words(replay.simulated)
+    yield Condition("replay", replay.simulated.miss, allowed.replay, words)
     yield from _replayed_values(iterate, verification, allowed)
     yield Condition(
         "worth of the excess",
@@ -69,7 +70,9 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
     # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense = (value for _, _, value in verification.peaks)
     peaks = dict(zip(iterate.problem.peaks, dense, strict=True))
-    yield _problem_bounds(dict(boundary_excesses(iterate, replay, evaluator, peaks)), allowed)
+    yield _problem_bounds(
+        dict(boundary_excesses(iterate, replay.solved, evaluator, peaks)), allowed
+    )
 
 
 def _replayed_values(

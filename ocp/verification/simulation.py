@@ -28,7 +28,6 @@ from ocp.numerics.extrapolation import accumulated, driven_step
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
 from ocp.numerics.stiff_integrator import backward_differences
 from ocp.problem.instants import within
-from ocp.problem.kinks.split_controls import stated_rates
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
@@ -280,7 +279,7 @@ def _dynamics(
     x = [symbols[name] for name in phase.states]
     u = [symbols[name] for name in phase.signals[len(phase.states) :]]
 
-    rates = ca.vertcat(*stated_rates(statement))
+    rates = ca.vertcat(*statement.dynamics.values())
     numbers = [s.symbol for s in (*problem.unknowns, *problem.constants)]
     values = [trajectory.unknowns[s.name] for s in problem.unknowns]
     values += [trajectory.constants[s.name] for s in problem.constants]

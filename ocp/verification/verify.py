@@ -40,6 +40,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
@@ -49,17 +50,14 @@ from ocp.numerics.piecewise_polynomial import Lagrange, to_bernstein
 from ocp.numerics.polynomial_expressions import largest, polynomial_degree
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
-from ocp.problem.kinks.epigraph import as_stated, raised_in
-from ocp.problem.kinks.raised_ends import without_raised_numbers
-from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME
+from ocp.problem.symbols import TIME, resolve
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.scaling.far_sizes import near_limits
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins
-from ocp.verification.simulation import SimulatedMotion
+from ocp.verification.replayed_answer import ReplayedAnswer
 
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
 # the way to its end.
@@ -136,39 +134,34 @@ class Verification:
 
 
 def verify(
-    iterate: Iterate,
-    simulated: SimulatedMotion,
-    replay: Trajectory,
-    accuracy: Accuracy,
-    evaluator: Evaluator,
-    errors: MotionErrors | None = None,
+    iterate: Iterate, replay: ReplayedAnswer, accuracy: Accuracy, errors: MotionErrors | None = None
 ) -> Verification:
     """Check an iterate and its replay against everything that the problem states.
 
     Parameters
     ----------
     iterate : Iterate
-    simulated : SimulatedMotion
-        Of the iterate's trajectory.
-    replay : Trajectory
-        The same with the simulated states, see `ocp.verification.simulation.replayed`.
+    replay : ReplayedAnswer
+        Of the iterate.
     accuracy : Accuracy
         What was asked for, see the table of this module.
     errors : MotionErrors, optional
         Of the iterate's motion, where they were estimated before.
     """
+    if not replay.form.is_statement:
+        stated = replay.form.stated(iterate.trajectory)
+        objective = replay.form.objective(stated, replay.stated_evaluator)
+        iterate = replace(iterate, objective=objective, built=iterate.transcription)
     problem, trajectory = iterate.problem, iterate.trajectory
     transcription, parameters = iterate.transcription, iterate.parameters
+    evaluator, simulated = replay.evaluator, replay.simulated
     if errors is None:
         errors = MotionErrors(transcription, trajectory, evaluator, parameters)
-    replay_errors = MotionErrors(transcription, replay, evaluator, parameters)
+    replay_errors = MotionErrors(transcription, replay.solved, evaluator, parameters)
 
     # the objective with the peaks that the replay has between the points
-    peaks = {peak: dense_peak(evaluator, replay, peak) for peak in problem.peaks}
-    dense = {**peaks, **_stated_integrals(problem, replay, evaluator)}
-    stated = without_raised_numbers(problem.objective)
-    objective = problem.sense * evaluator.number(replay, stated, dense)
-    as_solved = problem.sense * evaluator.number(replay, stated, peaks)
+    peaks = {peak: dense_peak(evaluator, replay.solved, peak) for peak in problem.peaks}
+    objective, as_solved, dense = _objectives(replay, peaks)
 
     numbers = Verification(
         miss=simulated.miss,
@@ -190,7 +183,7 @@ def verify(
     size = iterate.objective_size if iterate.costs_nothing else abs(iterate.objective)
     of_motion = _reasons(
         numbers,
-        dict(boundary_excesses(iterate, replay, evaluator, dense)),
+        dict(boundary_excesses(iterate, replay.solved, evaluator, dense)),
         accuracy,
         size=iterate.objective_size,
         worth=worth_of_excess(iterate, errors.excess),
@@ -201,19 +194,45 @@ def verify(
     return replace(numbers, passed=not reasons, reasons=reasons)
 
 
-def _stated_integrals(
-    problem: Problem, replay: Trajectory, evaluator: Evaluator
-) -> dict[Integral, float]:
-    """Integrals that hold controls in place of kinks, as they were stated.
+def _objectives(
+    replay: ReplayedAnswer, peaks: Mapping[Peak, float]
+) -> tuple[float, float, dict[Peak | Integral, float]]:
+    """The objective of a replay, with integrals as stated and as solved, and known functionals.
 
-    Such a control may be below what it stands for between the points. One above the size of a
+    A control that stands for a kink may be below it between the points. One above the size of a
     vector is below it by a small part of what is typical, too.
+
+    Parameters
+    ----------
+    peaks : mapping of Peak to float
+        Of what was solved, on the replay.
     """
-    return {
-        f: dense_integral(evaluator, replay, as_stated(f))
-        for f in problem.functionals
-        if isinstance(f, Integral) and raised_in(f)
+    form, statement, evaluator = replay.form, replay.form.statement, replay.stated_evaluator
+    known: dict[Peak | Integral, float] = dict(peaks)
+    if form.is_statement:
+        objective = statement.sense * evaluator.number(replay.motion, statement.objective, known)
+        return objective, objective, known
+
+    dense: dict[Peak | Integral, float] = {
+        peak: dense_peak(evaluator, replay.motion, peak) for peak in statement.peaks
     }
+    solved = dict(dense)
+    for integral in form.integrals:
+        instead = form.back[integral]
+        dense[integral] = dense_integral(evaluator, replay.motion, integral)
+        solved[integral] = replay.evaluator.number(replay.solved, instead, peaks)
+        known |= dict.fromkeys(_integrals_alone(instead), dense[integral])
+    objective, as_solved = (
+        statement.sense * evaluator.number(replay.motion, statement.objective, values)
+        for values in (dense, solved)
+    )
+    return objective, as_solved, known
+
+
+def _integrals_alone(expression: ca.SX) -> Iterator[Integral]:
+    """The integral that an expression is, if it is one and nothing else."""
+    if expression.is_symbolic():
+        yield from (s for s in resolve(expression, "a number") if isinstance(s, Integral))
 
 
 def _reasons(

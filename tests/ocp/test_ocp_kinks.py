@@ -55,6 +55,14 @@ def test_what_has_a_kink_is_named_with_a_remedy(problem, words):
     assert "controls of their own, each not negative" in said
 
 
+def test_a_choice_that_may_be_a_larger_of_two_is_told_to_be_written_so():
+    said = complaint(burn(ca.if_else(u * v > 0, u * v, 0)))
+    assert (
+        "over burn chooses by if_else: if it is the larger of two values, write it with fmax"
+        in said
+    )
+
+
 def test_where_all_is_smooth_nothing_is_said_of_kinks():
     assert "kink" not in complaint(burn(u**4))
 

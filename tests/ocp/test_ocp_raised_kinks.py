@@ -31,8 +31,8 @@ from ocp import (
     with_objective,
 )
 from ocp.mesh.dense_integral import dense_integral
-from ocp.problem.kinks.epigraph import as_stated
-from ocp.problem.kinks.raised import with_raised_kinks
+from ocp.reformulate.form import reformulated
+from ocp.reformulate.standard import STANDARD
 
 x, v = State("x", "m"), State("v", "m/s")
 u = Control("u", "m/s^2", lower=-1, upper=1)
@@ -64,6 +64,16 @@ def least(cost, **options):
     return Problem("least", phase, minimise=cost(phase))
 
 
+def solved(problem):
+    """What is solved in place of a problem."""
+    return reformulated(problem, STANDARD).problem
+
+
+def controls(problem):
+    """Names of the controls that are solved for, in the first phase."""
+    return [control.name for control in solved(problem).controls[problem.phases[0].name]]
+
+
 @pytest.mark.parametrize(
     ("cost", "expected"),
     [
@@ -71,7 +81,6 @@ def least(cost, **options):
         (lambda p: p.integral(ca.fmax(0, u * v)), COASTING**2 / 2),
         (lambda p: p.integral(ca.fabs(u * v)), COASTING**2),
         (lambda p: p.integral(ca.fmax(u * v, 0.6 * u * v)), 0.4 * COASTING**2 / 2),
-        (lambda p: p.integral(ca.if_else(u * v > 0, u * v, 0)), COASTING**2 / 2),
         (lambda p: p.integral(-ca.fmin(u, -u.symbol)), 2 * COASTING),
         (lambda p: price * p.integral(ca.fabs(u) / 2), 2 * COASTING),
         (lambda p: p.integral((1 + TIME) * ca.fabs(u)), 5 * COASTING),
@@ -83,7 +92,6 @@ def least(cost, **options):
         "no recovery",
         "both ways",
         "recovery of 0.6",
-        "chosen",
         "lesser",
         "price",
         "rising",
@@ -109,18 +117,18 @@ def test_an_optimum_on_a_kink_is_found_and_certified(cost, expected):
 )
 def test_a_factor_of_time_without_a_sign_keeps_the_kink(factor):
     problem = least(lambda p: p.integral(factor * ca.fabs(u)))
-    assert problem.controls["move"] == (u,)
+    assert controls(problem) == ["u"]
 
 
 def test_a_factor_of_time_that_is_zero_at_one_instant_has_a_sign():
     problem = least(lambda p: p.integral((TIME - 1.5) ** 2 * ca.fabs(u)))
-    assert len(problem.controls["move"]) == 2
+    assert len(controls(problem)) == 2
 
 
 def test_a_factor_of_time_needs_an_end_of_it():
     free = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(1, math.inf, 3))
     cost = free.integral(TIME * ca.fabs(u))
-    assert Problem("least", free, minimise=cost).controls["move"] == (u,)
+    assert controls(Problem("least", free, minimise=cost)) == ["u"]
 
 
 def test_a_constant_that_changes_the_sign_of_a_factor_of_time_is_refused():
@@ -136,17 +144,19 @@ def test_what_is_maximised():
     assert found.value("objective") == pytest.approx(found.objective, rel=1e-9)
 
 
-def test_the_statement_shows_what_became_of_it():
-    problem = least(lambda p: p.integral(ca.fmax(0, u * v)))
+def test_the_statement_stays_and_its_form_shows_what_is_solved():
+    stated = least(lambda p: p.integral(ca.fmax(0, u * v)))
+    problem = solved(stated)
     control = problem.controls["move"][-1]
     assert (control.name, control.lower, control.upper) == ("max(0, u*v)", 0.0, math.inf)
     (side,) = problem.phases[0].bounds
     assert side.name == "max(0, u*v), lower limit 2"
     assert "integral of max(0, u*v) over move" in str(problem)
-    # stated already, it is stated the same way again
-    again = Problem("again", problem.phases, minimise=problem.minimise)
-    assert again.phases == problem.phases
-    assert again.functionals == problem.functionals
+    assert stated.controls["move"] == (u,)
+    assert not stated.phases[0].bounds
+    # what has no such kinks is solved as it is
+    assert solved(problem) is problem
+    assert solved(stated) is problem
 
 
 def test_what_was_stated_keeps_its_value():
@@ -167,7 +177,9 @@ def test_one_expression_in_two_phases_is_one_control():
     second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=1.5, end=3.0)
     cost = sum(p.integral(ca.fabs(u)) for p in (first, second))
     problem = Problem("two", [first, second], minimise=cost, links=joined(first, second))
-    assert problem.controls["first"] == problem.controls["second"]
+    form = solved(problem)
+    assert len(form.controls["first"]) == 2
+    assert form.controls["first"] == form.controls["second"]
     assert solve(problem).objective == pytest.approx(2 * COASTING, rel=1e-6)
 
 
@@ -175,7 +187,7 @@ def test_a_name_that_is_taken_gets_a_number():
     other = Control("abs(u)", lower=0, upper=1)
     phase = move(bounds=[Bound("other", other + u, lower=-5)])
     problem = Problem("least", phase, minimise=phase.integral(ca.fabs(u)))
-    assert [control.name for control in problem.controls["move"]] == ["u", "abs(u)", "abs(u) (2)"]
+    assert controls(problem) == ["u", "abs(u)", "abs(u) (2)"]
 
 
 def test_a_smaller_limit_is_what_it_costs_by():
@@ -247,20 +259,15 @@ fuel = ca.fabs(u.symbol)
 )
 def test_what_may_gain_by_more_is_left_as_it_is(stated):
     phase = move()
-    assert Problem("kept", phase, **stated(phase)).phases[0] is phase
+    problem = Problem("kept", phase, **stated(phase))
+    assert solved(problem) is problem
 
 
 def test_a_bound_of_another_integral_is_no_reason_to_leave_it():
     phase = move()
     bounds = [phase.integral(u) <= 1]
     problem = Problem("least", phase, minimise=phase.integral(fuel), bounds=bounds)
-    assert [control.name for control in problem.controls["move"]] == ["u", "abs(u)"]
-
-
-def test_no_kink_costs_nothing_to_look_for():
-    phase = move()
-    effort = phase.integral(u**2)
-    assert with_raised_kinks([phase], [effort], effort + 0, ()) is None
+    assert controls(problem) == ["u", "abs(u)"]
 
 
 def test_a_budget_of_fuel():
@@ -294,7 +301,7 @@ def test_sides_lie_below_their_control_all_along():
     found = solve(least(lambda p: p.integral(ca.fmax(0, u * v))))
     times = np.linspace(0, 3, 3001)
     power = found.sample(u, times) * found.sample(v, times)
-    above = found.sample(found.problem.controls["move"][-1], times)
+    above = found.kept_iterate.trajectory.phases[0].polynomial("max(0, u*v)").at(times)[:, 0]
     assert np.all(above >= np.maximum(power, 0) - 1e-6)
     assert np.trapezoid(above - np.maximum(power, 0), times) < 1e-6
 
@@ -305,8 +312,7 @@ def test_names_of_all_other_things_are_taken_as_well():
     phase = move()
     cost = phase.integral(ca.fabs(u) + (idle - 1) ** 2) + weight * phase.integral(ca.fabs(v))
     problem = Problem("least", phase, minimise=cost)
-    names = {control.name for control in problem.controls["move"]}
-    assert names == {"u", "abs(u)", "abs(u) (2)", "abs(v) (2)"}
+    assert set(controls(problem)) == {"u", "abs(u)", "abs(u) (2)", "abs(v) (2)"}
     # what is paid for the way itself is no matter: the speed is nowhere negative
     assert solve(problem).objective == pytest.approx(2 * COASTING + 0.1, rel=1e-6)
 
@@ -317,7 +323,7 @@ def test_a_budget_may_stand_among_the_links():
     problem = Problem(
         "least", phase, minimise=phase.integral(u**2), links=[Bound("b", burnt, upper=0.9)]
     )
-    assert all(functional is not burnt for functional in problem.functionals)
+    assert all(functional is not burnt for functional in solved(problem).functionals)
     found = solve(problem)
     assert found.value(burnt) == pytest.approx(0.9, rel=1e-5)
     assert certify(found).passed
@@ -350,17 +356,14 @@ def test_a_constant_that_changes_the_sign_of_a_cost_is_refused_at_once():
             solve(problem, constants={price: -2.0})
 
 
-def test_a_file_with_a_kink_is_read_as_it_was_solved(tmp_path):
-    """As files are that were written before kinks were raised."""
+def test_a_kink_may_be_left_as_it_is(tmp_path):
     stated = pushed(3 * ca.fabs(v.symbol))
-    free = stated.controls["push"][0]
-    phase = Phase("push", {x: v, v: free}, {x: 0, v: 1}, {x: 0, v: -2}, end=2.0)
-    cost = phase.integral(free**2 + 3 * ca.fabs(v))
-    kept = Problem("push", phase, minimise=cost, raise_kinks=False)
-    assert kept.controls["push"] == (free,)
+    kept = solve(stated, settings=Settings(reformulations=()))
+    assert kept.form.problem is stated
 
-    save(solve(kept), tmp_path / "kept.ocp")
+    save(kept, tmp_path / "kept.ocp")
     found = load(tmp_path / "kept.ocp")
+    assert found.form.problem is found.problem
     assert [control.name for control in found.problem.controls["push"]] == ["u"]
     assert found.value("objective") == pytest.approx(10.276459747, rel=1e-6)
     assert certify(found).passed
@@ -424,7 +427,7 @@ def test_a_sum_over_many_levels_keeps_its_kinks():
     phase = move()
     many = sum(ca.fabs(x - k / 20) for k in range(21))
     problem = Problem("levels", phase, minimise=phase.integral(many + ca.fabs(u)))
-    assert [control.name for control in problem.controls["move"]] == ["u", "abs(u)"]
+    assert controls(problem) == ["u", "abs(u)"]
 
 
 def test_another_objective_is_stated_of_what_was_stated():
@@ -432,18 +435,10 @@ def test_another_objective_is_stated_of_what_was_stated():
     burnt, effort = phase.integral(fuel), phase.integral(u**2)
     problem = Problem("least", phase, minimise=burnt)
     smooth = with_objective(problem, effort)
-    assert [control.name for control in smooth.controls["move"]] == ["u"]
-    both = with_objective(problem, effort, [burnt <= 1.0])
-    assert [control.name for control in both.controls["move"]] == ["u", "abs(u)"]
-    # the objective by its name is of the control, and of one more that is stated is not asked
-    again = with_objective(problem, problem.objective + effort)
-    assert [control.name for control in again.controls["move"]] == ["u", "abs(u)"]
-    (raised, _) = again.integrals["move"]
-    assert as_stated(raised).symbols == burnt.symbols
-    above = problem.controls["move"][-1]
-    kept = with_objective(problem, phase.integral(above**2))
-    assert [control.name for control in kept.controls["move"]] == ["u", "abs(u)"]
-    assert with_objective(smooth, burnt).controls["move"][-1].name == "abs(u)"
+    assert controls(smooth) == ["u"]
+    assert controls(with_objective(problem, effort, [burnt <= 1.0])) == ["u", "abs(u)"]
+    assert controls(with_objective(problem, problem.objective + effort)) == ["u", "abs(u)"]
+    assert controls(with_objective(smooth, burnt)) == ["u", "abs(u)"]
 
 
 def test_a_state_that_sums_up_a_kink_is_told_to_be_an_integral():

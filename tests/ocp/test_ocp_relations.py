@@ -10,13 +10,17 @@ from ocp.errors import StatementError
 from ocp.problem.bounds import Bound
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.relations import bound_of
+from ocp.problem.relations import meant_by
 from ocp.problem.symbols import Constant, Control, State, Unknown
 
 x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "N")
 c, t = Constant("c", "m", 2.0), Unknown("T", "s", lower=1.0, upper=9.0)
 TRAVEL = Phase("travel", {x: v, v: u}, end=1.0)
 INF = math.inf
+
+
+def bound_of(relation, where):
+    return Bound(**vars(meant_by(relation, where)))
 
 
 def evaluated(expression):

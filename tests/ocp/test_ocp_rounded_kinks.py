@@ -22,7 +22,7 @@ from ocp import (
     solve,
 )
 from ocp.numerics.kinks import KinkSurfaces
-from ocp.problem.kinks.surfaces import roundable_kinks
+from ocp.problem.kinks import roundable_kinks
 from ocp.refinement.past_kinks.past_kinks import PATIENCE
 from ocp.refinement.past_kinks.rounded_kinks import with_rounded_kinks
 

@@ -29,7 +29,7 @@ from ocp.nlp.saddle import (
 )
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
-from ocp.problem.kinks.surfaces import kinks_of
+from ocp.problem.kinks import kinks_of
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import trajectory_of

@@ -77,7 +77,7 @@ def without_small_costs(
     part of the tolerance on the objective together.
     """
     constraints = iterate.transcription.constraints[index]
-    numbers = [i for i, constraint in enumerate(constraints) if constraint.of_cost is not None]
+    numbers = [i for i, constraint in enumerate(constraints) if constraint.of_cost]
     if not numbers:
         return excess
 

@@ -18,7 +18,7 @@ import numpy as np
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.optimality.steps import steps_along
-from ocp.problem.kinks.surfaces import crossable_kinks
+from ocp.problem.kinks import crossable_kinks
 
 # Of the phase: how far a breakpoint may be from its crossing. The Hamiltonian differs on its sides
 # by the same part of what the kink changes over the phase. Before digits are asked for, a crossing
@@ -53,7 +53,7 @@ class KinkCrossings:
     places : (m,)
         Fractions of the phase, in order.
     surfaces : (m,)
-        Numbers of the kinks, see `ocp.problem.kinks.surfaces.crossable_kinks`.
+        Numbers of the kinks, see `ocp.problem.kinks.crossable_kinks`.
     behind : (m,)
         The side of the kink behind the crossing, 1 or -1.
     off : (m,)

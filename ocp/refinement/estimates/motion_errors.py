@@ -94,7 +94,7 @@ class MotionErrors:
             float(extremes.values.max())
             for constraints, of_phase in pairs
             for constraint, extremes in zip(constraints, of_phase, strict=True)
-            if constraint.of_cost is None
+            if not constraint.of_cost
         ]
         return max(values, default=0.0)
 

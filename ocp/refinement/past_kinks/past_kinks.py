@@ -29,7 +29,7 @@ from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
 from ocp.optimality.iterate import Iterate
-from ocp.problem.kinks.surfaces import roundable_kinks
+from ocp.problem.kinks import roundable_kinks
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant

@@ -13,7 +13,7 @@ import casadi as ca
 
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
-from ocp.problem.kinks.surfaces import roundable_kinks
+from ocp.problem.kinks import roundable_kinks
 from ocp.problem.phase import Phase, kept_alive
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import resolve
@@ -52,7 +52,6 @@ def with_rounded_kinks(problem: Problem, widths: Mapping[str, Sequence[ca.SX]]) 
         bounds=of_new(problem.bounds),
         links=of_new(problem.links),
         scale=problem.scale,
-        raise_kinks=False,  # its signals are those of the problem
     )
 
 

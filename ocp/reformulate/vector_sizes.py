@@ -18,8 +18,13 @@ from ocp.arrays import Array
 from ocp.numerics.expression_graph import ExpressionGraph, Instruction
 from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
-from ocp.problem.display import unit_of
 from ocp.problem.symbols import Constant, Control, Symbol, is_limited, resolve, scalar
+from ocp.problem.texts import unit_of
+
+# Of its typical value: what keeps the limit of a size smooth at zero. A size is too small by half
+# of it at most. Where a motion is at its typical size for a two-thousandth of the time, and at rest
+# for all else, the objective is off by what a certificate allows.
+_ROUNDED = 1e-8
 
 # Part of the largest value up to which two expressions that are proportional may differ
 _ROUNDING = 1e-9
@@ -47,6 +52,17 @@ class SizeOfVector:
     square: ca.SX
     typical: float
     unit: str
+
+    def room_above(self, control: ca.SX) -> ca.SX:
+        """What is not negative if a control s, which is not negative, is no less than the size.
+
+        It is ``s - |a|^2 / (s + e)``. Of the ways to state this cone it is the one that is convex
+        and has bounded slopes (Benson and Vanderbei, "Solving problems with semidefinite and
+        related constraints using interior-point methods for nonlinear programming", Mathematical
+        Programming 95, 2003). The least such s is ``sqrt(|a|^2 + (e/2)^2) - e/2``. It is zero where
+        a is, and elsewhere below the size by less than ``e/2``.
+        """
+        return control - self.square / (control + _ROUNDED * self.typical)
 
 
 def sizes_of_vectors(

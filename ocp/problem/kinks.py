@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
 import casadi as ca
 
 from ocp.numerics.kinks import KinkSurfaces, kinked_operations
-from ocp.problem.display import functional_text
-from ocp.problem.functionals import Integral
+from ocp.problem.functionals import Integral, functional_text
 from ocp.problem.problem import Problem, expressions_over
 from ocp.problem.symbols import Signal, State, is_number
 
@@ -34,6 +33,19 @@ def kinks_of(problem: Problem) -> tuple[tuple[str, tuple[str, ...]], ...]:
     ]
     found = ((what, tuple(kinked_operations(expression))) for what, expression in expressions)
     return tuple((what, operations) for what, operations in found if operations)
+
+
+def choices_of(problem: Problem) -> Iterator[str]:
+    """Integrals that choose between values by a signal, in words: they may be a larger of two."""
+    for functional in problem.functionals:
+        signals = any(isinstance(symbol, Signal) for symbol in functional.symbols)
+        if isinstance(functional, Integral) and signals:
+            function = ca.Function(
+                "integrand", ca.symvar(functional.expression), [functional.expression]
+            )
+            codes = (function.instruction_id(k) for k in range(function.n_instructions()))
+            if ca.OP_IF_ELSE_ZERO in codes:
+                yield functional_text(functional)
 
 
 @lru_cache(maxsize=256)

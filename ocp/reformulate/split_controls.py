@@ -14,19 +14,25 @@ The control u stays, and the sum of its parts, ``s = |u|``, joins it. So ``u+ = 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
 
 from ocp.numerics.expression_graph import ExpressionGraph, graph_of
 from ocp.numerics.linearity import is_linear
+from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
-from ocp.problem.kinks.choices import with_larger_ones
-from ocp.problem.kinks.costs import unlike
-from ocp.problem.kinks.epigraph import Epigraph, with_limits
-from ocp.problem.phase import Phase, kept_alive
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant, Control, is_number, resolve
+from ocp.reformulate.costs import unlike
+from ocp.reformulate.reformulation import (
+    Restated,
+    taken_names,
+    with_functionals,
+    with_limits,
+)
 
 # Operations that have a kink, with the sign of the modulus of the surface in them
 _SIGNS = {"fmax": 1.0, "fmin": -1.0}
@@ -34,7 +40,7 @@ _MODULUS = "fabs"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SumOfParts(Epigraph):
+class SumOfParts(Control):
     """The sum of both parts of a control, which is its modulus where one of them is zero.
 
     Attributes
@@ -46,56 +52,30 @@ class SumOfParts(Epigraph):
     of: str = ""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True)
 class SplitControls:
-    """What a statement becomes.
+    """Two parts of each control whose modulus is in a rate."""
 
-    Attributes
-    ----------
-    phases : tuple of Phase
-        With other rates, and the limits of the parts.
-    functionals : mapping of Functional to Functional
-        Of the new phases in place of those of the old ones.
-    """
+    def apply(self, problem: Problem) -> Restated | None:
+        """The problem whose rates have no kinks by a control; None where none has any."""
+        sums, names = dict[Control, SumOfParts](), taken_names(problem)
+        phases = [_split(phase, sums, names) for phase in problem.phases]
+        if not sums:
+            return None
 
-    phases: tuple[Phase, ...]
-    functionals: Mapping[Functional, Functional]
-
-    def of(self, expression: ca.SX) -> ca.SX:
-        """An expression of functionals with those that replace them."""
-        old = ca.vertcat(*[f.symbol for f in self.functionals], ca.SX(0, 1))
-        new = ca.vertcat(*[f.symbol for f in self.functionals.values()], ca.SX(0, 1))
-        return ca.substitute(expression, old, new)
-
-
-def with_split_controls(
-    phases: Sequence[Phase], functionals: Iterable[Functional], names: Iterable[str]
-) -> SplitControls | None:
-    """Phases whose rates have no kinks by a control; None where none has any.
-
-    Parameters
-    ----------
-    functionals : iterable of Functional
-        All in use.
-    names : iterable of str
-        Of other things, which no new control shall have.
-    """
-    sums = dict[Control, SumOfParts]()
-    split = tuple(_split(phase, sums, names) for phase in phases)
-    if not sums:
-        return None
-
-    # they know the rates of their phases
-    changed = {new.name: new for new, old in zip(split, phases, strict=True) if new is not old}
-    by_name = {phase.name: phase for phase in split}
-    replaced = dict[Functional, Functional]()
-    for functional in functionals:
-        of_phases = [name for name, _ in functional.pieces]
-        if changed.keys() & set(of_phases):
-            own = replace(functional)
-            own.remember_phases(by_name[name].dynamics for name in of_phases)
-            replaced[functional] = kept_alive(own, [by_name[name] for name in of_phases])
-    return SplitControls(split, replaced)
+        # a functional knows the rates of the phase that it was made from, and its copy does not
+        pairs = zip(phases, problem.phases, strict=True)
+        changed = {new.name for new, old in pairs if new is not old}
+        replaced: dict[Functional, Functional] = {
+            functional: replace(functional)
+            for functional in problem.functionals
+            if any(name in changed for name, _ in functional.pieces)
+        }
+        return Restated(
+            with_functionals(problem, phases, replaced),
+            back={old: new.symbol for old, new in replaced.items()},
+            forth={made: ca.fabs(control.symbol) for control, made in sums.items()},
+        )
 
 
 def sums_of_parts(phase: Phase) -> tuple[SumOfParts, ...]:
@@ -104,15 +84,7 @@ def sums_of_parts(phase: Phase) -> tuple[SumOfParts, ...]:
     return tuple(symbol for symbol in found if isinstance(symbol, SumOfParts))
 
 
-def stated_rates(phase: Phase) -> list[ca.SX]:
-    """The rates of a phase with the moduli whose place sums of parts took."""
-    sums = sums_of_parts(phase)
-    old = ca.vertcat(*[made.symbol for made in sums], ca.SX(0, 1))
-    new = ca.vertcat(*[made.largest for made in sums], ca.SX(0, 1))
-    return [ca.substitute(rate, old, new) for rate in phase.dynamics.values()]
-
-
-def _split(phase: Phase, sums: dict[Control, SumOfParts], names: Iterable[str]) -> Phase:
+def _split(phase: Phase, sums: dict[Control, SumOfParts], names: Sequence[str]) -> Phase:
     """A phase without such kinks in its rates; itself where there are none.
 
     The sums of parts that it takes are added to those that there are.
@@ -121,18 +93,20 @@ def _split(phase: Phase, sums: dict[Control, SumOfParts], names: Iterable[str]) 
     if all(new is phase.dynamics[state] for state, new in rates.items()):
         return phase
     used = {symbol for rate in rates.values() for symbol in resolve(rate, "a rate")}
-    own = [made for made in sums.values() if made in used]
-    split = replace(phase, dynamics=rates, bounds=with_limits(phase.bounds, own))
-    for functional in phase._functionals:
-        kept_alive(functional, [split])
-    return split
+    limits = [
+        Bound(f"{made.name}, lower limit {number}", made - side, made.unit, lower=0.0)
+        for control, made in sums.items()
+        if made in used
+        for number, side in enumerate((control.symbol, -control.symbol), start=1)
+    ]
+    return replace(phase, dynamics=rates, bounds=with_limits(phase.bounds, limits))
 
 
-def _without_kinks(rate: ca.SX, sums: dict[Control, SumOfParts], names: Iterable[str]) -> ca.SX:
+def _without_kinks(rate: ca.SX, sums: dict[Control, SumOfParts], names: Sequence[str]) -> ca.SX:
     """A rate with the sum of its parts in place of the modulus of each control."""
     symbols = resolve(rate, "a rate")
     bare = [symbol.symbol for symbol in symbols]
-    graph = graph_of([with_larger_ones(rate, bare)], bare)
+    graph = graph_of([rate], bare)
     instead = dict[int, ca.SX]()
     for place, surface, others in _kinks(graph, bare):
         found = _control_of(surface)
@@ -146,8 +120,7 @@ def _without_kinks(rate: ca.SX, sums: dict[Control, SumOfParts], names: Iterable
         instead[place] = modulus if sign is None else (others + sign * modulus) / 2
     if not instead:
         return rate
-    replaced = {place: (lambda _, new=new: new) for place, new in instead.items()}
-    return graph.rebuilt(bare, replaced)[0]
+    return graph.rebuilt(bare, instead)[0]
 
 
 def _kinks(graph: ExpressionGraph, bare: Sequence[ca.SX]) -> Iterator[tuple[int, ca.SX, ca.SX]]:
@@ -189,7 +162,5 @@ def _sum_of_parts(control: Control, names: Sequence[str]) -> SumOfParts:
         upper=most,
         scale=control.scale,
         piecewise=control.piecewise,
-        sides=(control.symbol, -control.symbol),
-        largest=ca.fabs(control.symbol),
         of=control.name,
     )

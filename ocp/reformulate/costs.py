@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from ocp.numerics.expression_graph import ExpressionGraph
-from ocp.problem.kinks.time_factors import sign_of_factor
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import Symbol
+from ocp.reformulate.time_factors import sign_of_factor
 
 # Characters of an expression that is a name as well; a longer one is named by its symbols
 LONGEST_NAME = 60

@@ -1,0 +1,263 @@
+"""Kinks of minimised integrals, stated as limits of controls of their own.
+
+The integral of ``|u|``, the fuel of a thruster, of ``max(0, F v)``, the energy of a drive that
+feeds nothing back, or of ``|x - r|``, the distance from a path, is least with a motion that rests
+on the kink for a while. There a solver of smooth problems finds no slope that vanishes. To minimise
+the integral of ``max(a, b)`` is the same as to minimise that of a control s with ``s >= a`` and
+``s >= b``, and that has no kink (the epigraph form: Boyd and Vandenberghe, "Convex Optimization",
+section 4.1.3).
+
+It is the same where nothing is gained by a larger s: where the kinked term is added to an integral
+of the objective, or of a bound from above, with a factor of numbers and constants, or of time, that
+has the sign of a cost. Kinks of time alone are left: they are at known instants.
+
+The size of a vector of controls is the largest of infinitely many expressions. One curved limit
+stands for all, where its typical value is known (see `ocp.reformulate.vector_sizes`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import casadi as ca
+
+from ocp.numerics.expression_graph import ExpressionGraph, graph_of
+from ocp.numerics.linearity import is_linear
+from ocp.problem.bounds import Bound
+from ocp.problem.functionals import Functional, Integral
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Constant, Control, Signal, Symbol, is_limited, resolve
+from ocp.problem.texts import text_of, unit_of
+from ocp.reformulate.costs import LONGEST_NAME, costly, sides_of, unlike
+from ocp.reformulate.reformulation import (
+    Restated,
+    taken_names,
+    with_functionals,
+    with_limits,
+)
+from ocp.reformulate.time_factors import at_some_times, constant_value
+from ocp.reformulate.vector_sizes import SizeOfVector, sizes_of_vectors
+
+# Kinks of states in one integral. Of more, as in a sum over many levels, a motion crosses the most.
+_MOST_CROSSED = 8
+
+
+@dataclass(frozen=True)
+class KinkedCosts:
+    """Controls in place of the kinks of integrals that only cost."""
+
+    def apply(self, problem: Problem) -> Restated | None:
+        """The problem without such kinks; None where it has none."""
+        controls = _Controls(taken_names(problem))
+        replaced, used = dict[Functional, Functional](), dict[str, list[_Above]]()
+        conditions = list[tuple[str, ca.SX]]()
+        for integral in (f for f in problem.functionals if isinstance(f, Integral)):
+            phase = problem.phase(integral.phase)
+            expression, above = _without_kinks(integral, phase, _sign(problem, integral), controls)
+            if above:
+                symbols = resolve(expression, integral.name)
+                piece = ((integral.phase, expression),)
+                replaced[integral] = replace(integral, pieces=piece, symbols=symbols)
+                used.setdefault(phase.name, []).extend(above)
+                conditions += _conditions(problem, phase, integral, expression, above)
+        if not replaced:
+            return None
+
+        phases = [_limited(phase, used.get(phase.name, ())) for phase in problem.phases]
+        return Restated(
+            with_functionals(problem, phases, replaced),
+            back={old: new.symbol for old, new in replaced.items()},
+            forth={above.control: above.largest for above in controls.made.values()},
+            conditions=conditions,
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Above:
+    """A control that is nowhere below a kinked expression.
+
+    Attributes
+    ----------
+    largest : SX
+        The expression [unit of the control].
+    limits : tuple of Bound
+        That hold the control above it.
+    """
+
+    control: Control
+    largest: ca.SX
+    limits: tuple[Bound, ...]
+
+
+def _limited(phase: Phase, above: Sequence[_Above]) -> Phase:
+    """A phase with the limits of the controls that its integrals have in place of kinks."""
+    if not above:
+        return phase
+    limits = [limit for each in above for limit in each.limits]
+    return replace(phase, bounds=with_limits(phase.bounds, limits))
+
+
+def _sign(problem: Problem, integral: Integral) -> int:
+    """The sign with which an integral costs wherever it stands; 0 where there is none."""
+    found = {_sign_of_weight(integral, problem.objective)} - {None}
+    for bound in problem.boundary_constraints:
+        sign = _sign_of_weight(integral, bound.expression)
+        if sign is not None:
+            above, below = is_limited(-math.inf, bound.upper), is_limited(bound.lower, math.inf)
+            found.add(0 if above and below else sign if above else -sign)
+    return (found.pop() or 0) if len(found) == 1 else 0
+
+
+def _sign_of_weight(integral: Integral, expression: ca.SX) -> int | None:
+    """Of a constant weight of an integral, 0 where it is none, None where there is no integral."""
+    if not ca.depends_on(expression, integral.symbol):
+        return None
+    weight = ca.densify(ca.jacobian(expression, integral.symbol))
+    symbols = resolve(weight, "a weight")
+    if not all(isinstance(s, Constant) for s in symbols) or not is_linear(
+        expression, integral.symbol
+    ):
+        return 0
+    value = constant_value(weight)
+    return (value > 0) - (value < 0)
+
+
+def _conditions(
+    problem: Problem, phase: Phase, integral: Integral, expression: ca.SX, above: Sequence[_Above]
+) -> Iterator[tuple[str, ca.SX]]:
+    """What a larger value of each control costs, where constants say so.
+
+    Where a constant changes its sign, the optimum has no largest value of the control.
+    """
+    terms = [(problem.objective, 1.0)]
+    for bound in problem.boundary_constraints:
+        terms.append((bound.expression, 1.0 if is_limited(-math.inf, bound.upper) else -1.0))
+    for control in (each.control for each in above):
+        own = ca.jacobian(expression, control.symbol)
+        for term, sign in terms:
+            price = ca.densify(sign * ca.jacobian(term, integral.symbol) * own)
+            if any(isinstance(symbol, Constant) for symbol in resolve(price, "a price")):
+                words = f"a larger '{control.name}' no longer costs"
+                yield from ((words, at_time) for at_time in at_some_times(price, phase))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Kink:
+    """The larger of some sides, the negative of the lesser, or the size of a vector.
+
+    Attributes
+    ----------
+    place, sign : int
+        In the graph of the integrand, and 1 or -1.
+    whole : SX
+        What is the largest.
+    sides : sequence of SX
+        None of a size.
+    crossed : bool
+        Whether motions cross it, as it depends on no control.
+    size : SizeOfVector or None
+    """
+
+    place: int
+    sign: int
+    whole: ca.SX
+    sides: Sequence[ca.SX]
+    crossed: bool
+    size: SizeOfVector | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Controls:
+    """The controls made so far, one for each expression.
+
+    Attributes
+    ----------
+    names : list of str
+        That are taken.
+    made : dict
+        By what the expression is.
+    """
+
+    names: list[str]
+    made: dict[tuple[object, ...], _Above] = field(default_factory=dict)
+
+    def above(self, kink: _Kink) -> _Above:
+        """A control that is nowhere below the sides of a kink, or a size."""
+        symbols = ca.symvar(kink.whole)
+        key = (*(s.element_hash() for s in symbols), graph_of([kink.whole], symbols))
+        if key not in self.made:
+            name = unlike(text_of(kink.whole, LONGEST_NAME), self.names)
+            self.names.append(name)
+            self.made[key] = (
+                _above_sides(kink, name)
+                if kink.size is None
+                else _above_size(kink.whole, kink.size, name)
+            )
+        return self.made[key]
+
+
+def _above_sides(kink: _Kink, name: str) -> _Above:
+    """The control that takes the place of a kink."""
+    least = max((float(side) for side in kink.sides if side.is_constant()), default=-math.inf)
+    # it is no control of the plant: however coarse these are, it follows its sides
+    control = Control(name, unit_of(kink.whole) or "1", least, piecewise="automatic")
+    limits = tuple(
+        Bound(
+            f"{name}, lower limit {number}", control - side, control.unit, lower=0.0, of_cost=True
+        )
+        for number, side in enumerate(kink.sides, start=1)
+        if not side.is_constant()
+    )
+    return _Above(control, kink.whole, limits)
+
+
+def _above_size(whole: ca.SX, size: SizeOfVector, name: str) -> _Above:
+    """The control that takes the place of the size of a vector."""
+    control = Control(name, size.unit, 0.0, scale=size.typical, piecewise="automatic")
+    # it acts nearly everywhere, so that its values do not tell what an excess is a part of
+    limit = Bound(
+        f"{name}, size",
+        size.room_above(control.symbol),
+        control.unit,
+        lower=0.0,
+        scale=size.typical,
+        of_cost=True,
+    )
+    return _Above(control, whole, (limit,))
+
+
+def _without_kinks(
+    integral: Integral, phase: Phase, sign: int, controls: _Controls
+) -> tuple[ca.SX, list[_Above]]:
+    """The integrand with a control in place of each kink that only costs, and these controls."""
+    if not sign:
+        return integral.expression, []
+    symbols = resolve(integral.expression, integral.name)
+    bare = [symbol.symbol for symbol in symbols]
+    graph = graph_of([integral.expression], bare)
+    kinks = list(_kinks(graph, symbols, phase, sign))
+    few = sum(kink.crossed for kink in kinks) <= _MOST_CROSSED
+    raised = {kink: controls.above(kink) for kink in kinks if few or not kink.crossed}
+    instead = {kink.place: kink.sign * above.control for kink, above in raised.items()}
+    (expression,) = graph.rebuilt(bare, instead)
+    return expression, list(raised.values())
+
+
+def _kinks(
+    graph: ExpressionGraph, symbols: Sequence[Symbol], phase: Phase, sign: int
+) -> Iterator[_Kink]:
+    """The kinks of an integrand that only cost, and that signals make."""
+    bare = [symbol.symbol for symbol in symbols]
+    vectors = sizes_of_vectors(graph, symbols, phase.bounds)
+    for place, own in costly(graph, symbols, phase, sign, vectors):
+        found = [] if place in vectors else list(sides_of(graph, place, own))
+        places = (place, *(side for side, _ in found))
+        whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(bare)
+        sides = [above * part for part, (_, above) in zip(parts, found, strict=True)]
+        of = resolve(whole, "a kink")
+        if any(isinstance(symbol, Signal) for symbol in of):
+            crossed = not any(isinstance(symbol, Control) for symbol in of)
+            yield _Kink(place, own, own * whole, sides, crossed, vectors.get(place))

@@ -1,0 +1,10 @@
+"""The passes of every solve, unless its settings name others."""
+
+from __future__ import annotations
+
+from ocp.reformulate.kinked_costs import KinkedCosts
+from ocp.reformulate.kinked_numbers import KinkedNumbers
+from ocp.reformulate.reformulation import Reformulation
+from ocp.reformulate.split_controls import SplitControls
+
+STANDARD: tuple[Reformulation, ...] = (KinkedNumbers(), SplitControls(), KinkedCosts())
