@@ -4,27 +4,19 @@ from __future__ import annotations
 
 import math
 import time as clock
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
-from ocp.errors import Interrupted, StatementError, StatementWarning, Unverified
+from ocp.errors import Interrupted, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.later import later
-from ocp.mesh.first_mesh import following
-from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.collapse import collapsed
 from ocp.nlp.failures import failure, remedy_for_bends
-from ocp.optimality.iterate import Iterate
-from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
-from ocp.optimality.number_steps import number_remark, number_steps
-from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
 from ocp.problem.integrator_chains import first_degree
@@ -36,6 +28,7 @@ from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.refine import Refinement, refine
 from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.scaling.error_sizes import error_sizes
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
@@ -118,14 +111,10 @@ def solve(
     if not (bound is None or (is_real(bound) and math.isfinite(bound))):
         raise StatementError(f"the argument 'bound' is {bound!r}; give a finite number")
     parameters = parameters_of(problem, constants)
-    start, stays = start_from(problem, settings, guess), mesh is not None
+    start = start_from(problem, settings, guess)
     if mesh is None:
-        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings, guess)
+        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
     known = guess.evaluator if isinstance(guess, Solution) else None
-    if guess is None and not stays and settings.refinement.adapts:
-        stated = initial_guess(problem, parameters)
-        if found := determined_motion(problem, parameters, stated, settings.scheme, mesh):
-            start, mesh = found
     with shown(progress) as say:
         meshes = MeshSolver.of(problem, settings, parameters, say, evaluator=known)
         return solve_from(meshes, start, mesh, bound)
@@ -206,7 +195,7 @@ def collocate(
     parameters = parameters_of(problem)
     with shown(progress) as say:
         meshes = MeshSolver.of(problem, settings, parameters, say)
-        program = meshes.first_program(guess, mesh or first_mesh(problem, settings, guess))
+        program = meshes.first_program(guess, mesh or first_mesh(problem, settings))
         result = meshes.solve(program, guess, settings.solver)
 
     trajectory = trajectory_of(program, result.x, parameters)
@@ -248,21 +237,14 @@ def start_from(problem: Problem, settings: Settings, guess: Solution | Trajector
     return iterate if same else guess.trajectory
 
 
-def first_mesh(problem: Problem, settings: Settings, guess: Trajectory | None = None) -> Mesh:
-    """The mesh of a first round: uniform, unless the guess moves too fast for that."""
+def first_mesh(problem: Problem, settings: Settings) -> Mesh:
+    """The first mesh of a solve, whose intervals are equal."""
     highest = settings.refinement.highest_degree
     degrees = [
         first_degree(problem, phase, settings.scheme, settings.controls, highest)
         for phase in problem.phases
     ]
-    uniformly = map(uniform, first_intervals(settings, problem), degrees)
-    stated = initial_guess(problem, parameters_of(problem), guess)
-    return Mesh(
-        tuple(
-            following(mesh, stated.phases[phase.name], [state.name for state in phase.states])
-            for mesh, phase in zip(uniformly, problem.phases, strict=True)
-        )
-    )
+    return Mesh(tuple(map(uniform, first_intervals(settings, problem), degrees)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -289,7 +271,8 @@ def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
     if not meshes.settings.verify:
         return _Checked(SimulatedMotion(()), iterate.trajectory, unverified(iterate.objective))
     begin = clock.perf_counter()
-    motion = simulate(meshes.problem, iterate.trajectory, dict(iterate.scales.signals))
+    sizes = error_sizes(meshes.problem, iterate.parameters, iterate.scales.signals)
+    motion = simulate(meshes.problem, iterate.trajectory, sizes)
     again = replayed(iterate.trajectory, motion)
     verification = verify(
         iterate,
@@ -306,9 +289,8 @@ def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
 def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
     """Whether the replay has the same objective, to what was asked of the objective itself.
 
-    Not asked where a peak enters it: the dynamics are not what a peak is off by. Nor where a step
-    is told, or the refinement had no end: a finer mesh would begin to resolve what is steep, and
-    what it hides would be told no longer.
+    Not asked where a peak enters it: the dynamics are not what a peak is off by. Nor where the
+    refinement ended short of its tolerances: a stricter one would, too.
     """
     if any(isinstance(symbol, Peak) for symbol in meshes.problem.objective_symbols):
         return True
@@ -316,8 +298,7 @@ def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checke
     iterate, miss = refinement.best.iterate, abs(found.replayed_objective - found.objective)
     if miss <= max(accuracy.objective, accuracy.replay) * iterate.objective_size:
         return True
-    steps = any(True for _ in steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
-    return steps or refinement.ending != "tolerances"
+    return refinement.ending != "tolerances"
 
 
 def _solution(
@@ -337,19 +318,11 @@ def _solution(
     if error := collapsed(iterate.transcription, iterate.trajectory):
         raise error
 
-    fitted = fitted_to_switches(iterate)
-
-    def verdict(calls: int) -> str:
-        """The verdict. A warning names the line so many calls away, which solves or reads it."""
+    def verdict() -> str:
         passed = checked().verification.passed
-        said = verdict_on(meshes, refinement, fitted, bound) if passed else "unverified"
-        if remark := _remark_on_steps(meshes, iterate):
-            said += f"; {remark}"
-            warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=calls)
-        return said
+        return verdict_on(meshes, refinement, bound) if passed else "unverified"
 
     adapts = settings.refinement.adapts
-
     solution = Solution(
         problem=meshes.problem,
         objective=iterate.objective,
@@ -359,11 +332,11 @@ def _solution(
         verification=later(lambda: checked().verification),
         mesh=iterate.mesh,
         mesh_iterations=refinement.rounds,
-        verdict=verdict(6) if adapts else later(lambda: verdict(4)),
-        multipliers=later(lambda: multipliers(fitted)),
+        verdict=verdict() if adapts else later(verdict),
+        multipliers=later(lambda: multipliers(iterate)),
         evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
-        iterate=fitted,
+        iterate=iterate,
     )
 
     # on a fixed mesh the user wants to see what it gives
@@ -372,23 +345,14 @@ def _solution(
     return solution
 
 
-def _remark_on_steps(meshes: MeshSolver, iterate: Iterate) -> str:
-    """What steps make of an answer, along the motion and beside it; empty without any."""
-    along = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
-    beside = number_remark(number_steps(iterate, meshes.evaluator))
-    return "; ".join(filter(None, (along, beside)))
-
-
 def _unverified(meshes: MeshSolver, refinement: Refinement, solution: Solution) -> Unverified:
-    """The error of an answer that did not pass; a remark on steps explains that better."""
+    """The error of an answer that did not pass."""
     ended = refinement.ending == "budget"
     when = f" when the budget of {meshes.budget} was used up" if ended else ""
     reasons = "; ".join(solution.verification.reasons)
-    remark = _remark_on_steps(meshes, refinement.best.iterate)
-    bends = remedy_for_bends(meshes.problem)
-    advice = remark or f"{bends}loosen the tolerance named, allow more rounds or intervals"
     return Unverified(
         f"the answer for '{meshes.problem.name}' did not pass its verification{when}: {reasons}; "
-        f"{advice}, or look at the unverified answer in error.iterate",
+        f"{remedy_for_bends(meshes.problem)}loosen the tolerance named, allow more rounds or "
+        "intervals, or look at the unverified answer in error.iterate",
         solution,
     )

@@ -117,7 +117,7 @@ def prepare(
     settings = replace(settings, refinement=fixed)
 
     if mesh is None:
-        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings, guess)
+        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
     meshes = MeshSolver.of(problem, settings, parameters_of(problem, constants))
     program = meshes.first_program(start_from(problem, settings, guess), mesh)
     return Prepared(problem, settings, program, meshes.evaluator)

@@ -20,7 +20,6 @@ from ocp.errors import (
 )
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import RUNAWAY, collapsed
-from ocp.nlp.flat_rows import flat_rows, remedy_for_flat_rows
 from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.nlp.result import NlpResult
 from ocp.problem.display import with_unit
@@ -172,9 +171,7 @@ class _FailedSolve:
     @property
     def remedies(self) -> str:
         """What makes a statement hard to solve, and what to do; ends with "or", or is empty."""
-        result, constants = self.result, self.parameters.vector
-        flat = flat_rows(self.transcription, result.x, result.rows, self.limits, constants)
-        return remedy_for_flat_rows(flat) + remedy_for_bends(self.problem)
+        return remedy_for_bends(self.problem)
 
     def invalid_number(self) -> InvalidNumber:
         """A value or a derivative is NaN or infinite."""

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, TypeVar
 
 import casadi as ca
 
-from ocp.errors import StatementError
+from ocp.errors import StatementError, StatementWarning
 from ocp.keywords import checked_keywords
 from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound, checked_bounds
+from ocp.problem.discontinuities import Discontinuity, discontinuities
+from ocp.problem.display import functional_text
 from ocp.problem.functionals import (
     AnyFunctional,
     Functional,
@@ -44,6 +48,9 @@ from ocp.problem.symbols import (
 )
 
 Kind = TypeVar("Kind", bound=Symbol)
+
+# Calls between the line that states a problem and the warning of it
+_STATED = 4
 
 _ELSEWHERE = {
     **dict.fromkeys(("objective", "cost"), "write minimise=... or maximise=..."),
@@ -151,10 +158,48 @@ class Problem:
             self._raise_ends()
             self._split_controls()
             self._raise_kinks()
+            self._warn_of_jumps()
 
     def _derive(self) -> None:
         for name, value in self._derived().items():
             object.__setattr__(self, name, value)
+
+    @cached_property
+    def discontinuities(self) -> tuple[Discontinuity, ...]:
+        """Jumps of the statement's expressions, see `ocp.problem.discontinuities`."""
+        found = list(discontinuities("", self._of_numbers()))
+        for phase in self.phases:
+            found += discontinuities(phase.name, self._along(phase))
+        return tuple(found)
+
+    @property
+    def is_discontinuous(self) -> bool:
+        """Whether an expression jumps at a place that depends on the motion."""
+        return any(found.moves for found in self.discontinuities)
+
+    def _of_numbers(self) -> Iterator[tuple[str, ca.SX]]:
+        """Expressions of numbers of the whole motion, with what they are."""
+        yield "the objective", self.objective
+        for bound in self.boundary_constraints:
+            yield f"the bound '{bound.name}'", bound.expression
+
+    def _along(self, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
+        """Expressions along a phase, with what they are."""
+        for state, rate in phase.dynamics.items():
+            yield f"the rate of '{state.name}'", rate
+        for bound in phase.bounds:
+            yield f"the bound '{bound.name}'", bound.expression
+        for functional in self.functionals:
+            for name, piece in functional.pieces:
+                if name == phase.name:
+                    yield f"the {functional_text(functional)}", piece
+
+    def _warn_of_jumps(self) -> None:
+        """A warning for each jump whose place depends on the motion."""
+        for found in self.discontinuities:
+            if found.moves:
+                told = f"'{self.name}': {found.sentence}"
+                warnings.warn(told, StatementWarning, stacklevel=_STATED)
 
     @property
     def _names(self) -> list[str]:
