@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ocp.refinement.estimates.missed_switches import displaced_remark
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.refine import Refinement
@@ -58,10 +57,6 @@ def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
             "its peaks count as high as they are between the points of the mesh, which costs "
             f"{refinement.best.raised:.0e} of the objective"
         )
-    # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
-    adapts = meshes.settings.refinement.adapts and not shortfall
-    if adapts and (told := displaced_remark(refinement.best.iterate, meshes.evaluator)):
-        yield told
 
 
 def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:

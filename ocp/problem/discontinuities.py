@@ -40,6 +40,9 @@ _POINTS, _PAIRS, _HALVINGS = 33, 4, 60
 # Powers of ten between which the size of a symbol without limits is drawn
 _SIZES = (-2.0, 3.0)
 
+# What goes beyond limits of a range is drawn at these
+_AT_LIMITS = 0.25
+
 # Part of the largest value of an expression, up to which its two sides are the same
 _SAME = 1e-6
 
@@ -157,7 +160,9 @@ def _drawn(symbols: Sequence[Symbol]) -> Array:
                 for limit, sign in ((symbol.lower, -1.0), (symbol.upper, 1.0))
             )
             if np.isfinite([lower, upper]).all():
-                column[:] = random.uniform(lower, upper, size=_POINTS)
+                # some at the limits themselves: what jumps there is often beside one of them
+                shares = random.uniform(-_AT_LIMITS, 1.0 + _AT_LIMITS, size=_POINTS)
+                column[:] = lower + np.clip(shares, 0.0, 1.0) * (upper - lower)
             elif np.isfinite(lower):
                 column[:] = lower + np.abs(column)
             elif np.isfinite(upper):

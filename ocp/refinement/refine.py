@@ -1,4 +1,8 @@
-"""A refinement: meshes until all tolerances are met, and the best one of them."""
+"""A refinement: one mesh is solved after the other, until all tolerances are met.
+
+`refine` is the loop of a solve. Each of its turns solves a mesh, looks at what was found between
+the points, and asks whether that is good enough, and else for the next mesh (`planning`).
+"""
 
 from __future__ import annotations
 
@@ -7,13 +11,16 @@ from dataclasses import dataclass
 
 from ocp.mesh.mesh import Mesh
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.endings import Ending
-from ocp.refinement.loop import History
+from ocp.refinement.better_motions.across_known_times import across_known_times
+from ocp.refinement.endings import ending_of
+from ocp.refinement.first_round.first_answer import first_answer
+from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.past_kinks.loop_past_kinks import loop_past_kinks
+from ocp.refinement.planning import History, PlannedMesh, first_plan, gap, look_at, next_plan
+from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.raised_peaks import verifiable
-from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.refinement.solved_mesh import Ending, SolvedMesh
 from ocp.refinement.stopped import budget_spent, interrupted
 
 
@@ -62,13 +69,20 @@ def refine(
     ------
     SolveFailed
         No mesh was solved, the budget ended before one held between its points, an angle without
-        bounds turns to and fro, or the motion shrinks to next to no time.
+        bounds turns to and fro, a control has become an impulse, a state grows without bound, or
+        the motion shrinks to next to no time.
     Interrupted
         The user stopped it.
     """
-    history = History(list(before))
+    history, planned = History(list(before)), first_plan(meshes, start, mesh)
     try:
-        ending = loop_past_kinks(meshes, start, mesh, accuracy, history)
+        while True:
+            answer = _solved(meshes, planned, accuracy, history)
+            step = look_at(meshes, planned, answer, accuracy, history)
+            ending = step.ending or ending_of(meshes, history, step, accuracy)
+            if ending is not None:
+                break
+            planned = next_plan(meshes, planned, step, history)
     except KeyboardInterrupt as stop:
         raise interrupted(meshes.problem, history.solved, accuracy, None) from stop
 
@@ -76,3 +90,19 @@ def refine(
     if ending == "budget" and not best.is_verifiable(accuracy):
         raise budget_spent(meshes, history.rounds, best.iterate.trajectory, best)
     return Refinement(best, tuple(history.rounds), ending)
+
+
+def _solved(
+    meshes: MeshSolver, planned: PlannedMesh, accuracy: Accuracy, history: History
+) -> MeshAnswer:
+    """A mesh solved, the first one from several starts if need be; or what failed."""
+    rough, before = planned.rough, tuple(history.rounds)
+    solver = meshes.rough_solver if rough else meshes.settings.solver
+    solver = solver.within_gap(gap(history.solved, accuracy, rough=rough))
+    # breakpoints that move are given up after a while, where there is a mesh to go back to
+    most = most_iterations(history.solved, planned.program.mesh)
+    result = meshes.solve(planned.program, planned.start, solver, before, most=most)
+    answer = MeshAnswer(planned.program, result)
+    if planned.start is None:
+        answer = first_answer(MeshRound(meshes, solver, before), planned.program, result)
+    return across_known_times(meshes, solver, before, answer)

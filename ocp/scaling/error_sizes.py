@@ -1,8 +1,8 @@
-"""Sizes to which errors of the states are relative.
+"""Sizes to which what a replay misses is relative.
 
 The size of a state follows its values. One that moves by a small part of them, such as a metre at a
-radius of 1e9 m, may stay where it is and be off by next to nothing of that size. So errors of such
-a state are held against the way that it is to go.
+radius of 1e9 m, may stay where it is and miss its end by next to nothing of that size. So the miss
+of such a state is held against the way that it is to go.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _SAME = 1e-13
 def error_sizes(
     problem: Problem, parameters: Parameters, sizes: Mapping[str, float]
 ) -> dict[str, float]:
-    """Sizes of the states by name, to which errors of a motion are relative.
+    """Sizes of the states by name, to which the misses of their ends are relative.
 
     Parameters
     ----------

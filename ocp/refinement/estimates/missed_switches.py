@@ -72,22 +72,6 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     return held & (relative_jumps(iterate, evaluator, index) > _BALANCED)
 
 
-def displaced_remark(iterate: Iterate, evaluator: Evaluator) -> str:
-    """A sentence on displaced switches, with their times [s]; empty if there are none."""
-    times = [
-        f"{time:.6g} s"
-        for index, motion in enumerate(iterate.trajectory.phases)
-        for time in motion.breakpoints[1:-1][displaced_switches(iterate, evaluator, index)]
-    ]
-    if not times:
-        return ""
-    return (
-        f"a control switches at a fixed breakpoint of the mesh ({', '.join(times)}), but should "
-        "switch earlier or later: the Hamiltonian differs on its two sides; solve again with "
-        "another number of intervals, and compare"
-    )
-
-
 def beside(breakpoints: Flags) -> Flags:
     """Whether intervals begin or end at one of some inner breakpoints (N - 1,), shape (N,)."""
     ends = np.concatenate([[False], breakpoints, [False]])

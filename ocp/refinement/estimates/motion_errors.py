@@ -21,7 +21,6 @@ from ocp.numerics.schemes import Collocation, Gauss
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
 from ocp.refinement.estimates.dense_samples import DenseSamples, is_rough, is_unseen
-from ocp.scaling.error_sizes import error_sizes
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
 
@@ -95,12 +94,6 @@ class MotionErrors:
     def _dense(self) -> tuple[DenseSamples | None, ...]:
         """Dense samples of each phase, None where its points are as dense."""
         return tuple(DenseSamples.of(motion) for motion in self.trajectory.phases)
-
-    @cached_property
-    def _sizes(self) -> dict[str, float]:
-        """Sizes of the states, to which errors are relative."""
-        transcription = self.transcription
-        return error_sizes(transcription.problem, self.parameters, transcription.scales.signals)
 
     @property
     def worst_excess(self) -> float:
@@ -204,7 +197,7 @@ class MotionErrors:
         two points more than the degree (Betts, "Practical Methods for Optimal Control", sec. 4.7).
         """
         rates = list(self.transcription.problem.phases[index].dynamics.values())
-        sizes = np.array([self._sizes[name] for name in motion.states])
+        sizes = np.array([self.transcription.scales.signals[name] for name in motion.states])
         nodes = Gauss().at(int(motion.degrees.max()) + 2)
         intervals, tau = _every_interval(motion, nodes.points)
 
@@ -234,7 +227,7 @@ class MotionErrors:
             own = motion.rates(*dense.places).reshape(*dense.tau.shape, -1)
             for state, stated in zip(rates, values(list(rates.values())), strict=True):
                 residual = np.abs(own[..., motion.states.index(state.name)] - stated)
-                worst = np.maximum(worst, dense.integrals(residual) / self._sizes[state.name])
+                worst = np.maximum(worst, dense.integrals(residual) / scales.signals[state.name])
         integrals = [f for f in problem.integrals[motion.name] if rough(f.expression)]
         if integrals:
             found = dense.integrals(values([f.expression for f in integrals]))
