@@ -15,7 +15,7 @@ from ocp.later import later
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.collapse import collapsed
-from ocp.nlp.failures import failure, remedy_for_bends
+from ocp.nlp.failures import failure, remedy_for_kinks
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
@@ -352,7 +352,7 @@ def _unverified(meshes: MeshSolver, refinement: Refinement, solution: Solution) 
     reasons = "; ".join(solution.verification.reasons)
     return Unverified(
         f"the answer for '{meshes.problem.name}' did not pass its verification{when}: {reasons}; "
-        f"{remedy_for_bends(meshes.problem)}loosen the tolerance named, allow more rounds or "
+        f"{remedy_for_kinks(meshes.problem)}loosen the tolerance named, allow more rounds or "
         "intervals, or look at the unverified answer in error.iterate",
         solution,
     )

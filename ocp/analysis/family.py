@@ -29,7 +29,6 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
-from ocp.refinement.better_motions.across_known_times import ends_at_known_times
 from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
@@ -348,10 +347,6 @@ class _Walk:
             raise self.interrupted(meshes.parameters.values[self.constant.name], motion)
         if result.outcome != "solved":
             return None
-        if program.mesh.keeps_sides:
-            motion = trajectory_of(program, result.x, meshes.parameters)
-            if ends_at_known_times(program, motion):
-                return None  # it may go on behind them, on another mesh
 
         iterations = result.iterations
         point = StartingPoint.at(result)
@@ -443,8 +438,7 @@ class _Walk:
     def _held_back(self, member: Member) -> bool:
         """Whether breakpoints that all move would move further than their mesh lets them."""
         phases = member.program.mesh.phases
-        inner = (len(phase.movable) + len(phase.known) for phase in phases)
-        free = all(n == phase.intervals - 1 for n, phase in zip(inner, phases, strict=True))
+        free = all(len(phase.movable) == phase.intervals - 1 for phase in phases)
         settings, iterate = self.base.settings, member.answer
         if not (settings.refinement.adapts and free):
             return False

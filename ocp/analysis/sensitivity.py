@@ -422,8 +422,9 @@ def _boundary_values(
 
 def _times(columns: PhaseColumns, first: int) -> Iterator[_NamedLimits]:
     """Times of a phase of which one is free."""
-    for end, lower, upper, low, high in columns.stated_times():
-        yield _NamedLimits(f"{columns.phase.name}: {end}", lower, upper, first + low, first + high)
+    for end, lower, upper, column in columns.stated_times():
+        own = first + column
+        yield _NamedLimits(f"{columns.phase.name}: {end}", lower, upper, own, own)
 
 
 def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
@@ -442,7 +443,7 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
 
     phases = [_released(p) if i in fixed else p for i, p in enumerate(problem.phases)]
     released = transcribe(
-        replace(problem, phases=phases),
+        replace(problem, phases=phases, raise_kinks=False),
         transcription.mesh,
         iterate.scheme,
         iterate.controls,

@@ -63,6 +63,8 @@ class Discontinuity:
         What that depends on.
     size : float
         Of the jump, as a part of the largest value that was found of the expression.
+    free_times : bool
+        Whether the phase has a free time, so that a known one may be anywhere in it.
     """
 
     phase: str
@@ -70,21 +72,23 @@ class Discontinuity:
     cause: ca.SX
     depends: tuple[Symbol, ...]
     size: float
+    free_times: bool = False
 
     @property
     def moves(self) -> bool:
-        """Whether its place depends on the motion, and not on time and constants alone."""
-        return not all(isinstance(symbol, (Time, Constant)) for symbol in self.depends)
+        """Whether its place in the phase depends on the motion."""
+        held = (Constant,) if self.free_times else (Time, Constant)
+        return not all(isinstance(symbol, held) for symbol in self.depends)
 
     @property
     def sentence(self) -> str:
         """What is wrong, and the remedy."""
         where = f" of phase '{self.phase}'" if self.phase else ""
-        remedy = (
-            "state two phases that meet there, linked by joined(first, second)"
-            if self.phase
-            else "state each side as a problem of its own, and compare them"
-        )
+        remedy = "state each side as a problem of its own, and compare them"
+        if self.phase:
+            remedy = "state two phases that meet there, linked by joined(first, second)"
+        if self.phase and all(isinstance(symbol, (Time, Constant)) for symbol in self.depends):
+            remedy += ", of which the later one may take no time"
         return (
             f"{self.what}{where} jumps where '{text_of(self.cause, 60)}' changes, which no "
             f"derivative shows, so that the answer need not be an optimum: {remedy}, or a smooth "
@@ -92,7 +96,13 @@ class Discontinuity:
         )
 
 
-def discontinuities(phase: str, named: Iterable[tuple[str, ca.SX]]) -> tuple[Discontinuity, ...]:
+def discontinuities(
+    phase: str,
+    named: Iterable[tuple[str, ca.SX]],
+    span: tuple[float, float] = (-np.inf, np.inf),
+    *,
+    free_times: bool = False,
+) -> tuple[Discontinuity, ...]:
     """The jumps of some expressions, for each change of a comparison the largest.
 
     Parameters
@@ -101,6 +111,10 @@ def discontinuities(phase: str, named: Iterable[tuple[str, ca.SX]]) -> tuple[Dis
         Whose expressions they are; empty for those of numbers of the whole motion.
     named : iterable of (str, SX)
         Expressions, and what each is in words.
+    span : (float, float)
+        Between which times the phase is, as far as they are stated [s].
+    free_times : bool
+        Whether the phase has a free time.
     """
     texts, expressions = [], []
     for what, expression in named:
@@ -119,7 +133,7 @@ def discontinuities(phase: str, named: Iterable[tuple[str, ca.SX]]) -> tuple[Dis
         for expression in expressions
         for symbol in resolve(expression, "a statement")
     }
-    points = _drawn([symbols[own.element_hash()] for own in bare])
+    points = _drawn([symbols[own.element_hash()] for own in bare], span)
     inputs = [ca.vertcat(*bare, ca.SX(0, 1))]
     causes = ca.Function("causes", inputs, [ca.densify(ca.vertcat(*stepwise.results))])
     (values,) = columnwise(ca.Function("values", inputs, [ca.densify(together)]), points)
@@ -142,11 +156,11 @@ def discontinuities(phase: str, named: Iterable[tuple[str, ca.SX]]) -> tuple[Dis
         if size > _SAME:
             cause = stepwise.results[number]
             depends = resolve(cause, "a comparison")
-            found.append(Discontinuity(phase, texts[column], cause, depends, size))
+            found.append(Discontinuity(phase, texts[column], cause, depends, size, free_times))
     return tuple(found)
 
 
-def _drawn(symbols: Sequence[Symbol]) -> Array:
+def _drawn(symbols: Sequence[Symbol], span: tuple[float, float]) -> Array:
     """Values of symbols, within limits that are numbers, the same in every run, (m, n)."""
     random = np.random.default_rng(0)
     points = random.standard_normal((_POINTS, len(symbols)))
@@ -154,20 +168,26 @@ def _drawn(symbols: Sequence[Symbol]) -> Array:
     for column, symbol in zip(points.T, symbols, strict=True):
         if isinstance(symbol, Constant):
             column[:] = symbol.value
-        if isinstance(symbol, (Signal, Unknown)):
-            lower, upper = (
-                float(limit) if is_number(limit) else sign * np.inf
-                for limit, sign in ((symbol.lower, -1.0), (symbol.upper, 1.0))
-            )
-            if np.isfinite([lower, upper]).all():
-                # some at the limits themselves: what jumps there is often beside one of them
-                shares = random.uniform(-_AT_LIMITS, 1.0 + _AT_LIMITS, size=_POINTS)
-                column[:] = lower + np.clip(shares, 0.0, 1.0) * (upper - lower)
-            elif np.isfinite(lower):
-                column[:] = lower + np.abs(column)
-            elif np.isfinite(upper):
-                column[:] = upper - np.abs(column)
+            continue
+        lower, upper = span if isinstance(symbol, Time) else _limits(symbol)
+        if np.isfinite([lower, upper]).all():
+            # some values are the limits themselves: what jumps is often beside one of them
+            beyond = 0.0 if isinstance(symbol, Time) else _AT_LIMITS
+            shares = random.uniform(-beyond, 1.0 + beyond, size=_POINTS)
+            column[:] = lower + np.clip(shares, 0.0, 1.0) * (upper - lower)
+        elif np.isfinite(lower):
+            column[:] = lower + np.abs(column)
+        elif np.isfinite(upper):
+            column[:] = upper - np.abs(column)
     return points
+
+
+def _limits(symbol: Symbol) -> tuple[float, float]:
+    """Those of a signal or an unknown that are numbers, infinite elsewhere."""
+    if not isinstance(symbol, (Signal, Unknown)):
+        return -np.inf, np.inf
+    lower = float(symbol.lower) if is_number(symbol.lower) else -np.inf
+    return lower, float(symbol.upper) if is_number(symbol.upper) else np.inf
 
 
 def _changes(causes: ca.Function, points: Array) -> tuple[Array, Array, Integers]:

@@ -169,7 +169,13 @@ class Problem:
         """Jumps of the statement's expressions, see `ocp.problem.discontinuities`."""
         found = list(discontinuities("", self._of_numbers()))
         for phase in self.phases:
-            found += discontinuities(phase.name, self._along(phase))
+            start, end = phase.start, phase.end
+            span = (
+                start.lower if isinstance(start, Between) else float(start),
+                end.upper if isinstance(end, Between) else float(end),
+            )
+            free = not phase.has_fixed_times
+            found += discontinuities(phase.name, self._along(phase), span, free_times=free)
         return tuple(found)
 
     @property
@@ -195,11 +201,11 @@ class Problem:
                     yield f"the {functional_text(functional)}", piece
 
     def _warn_of_jumps(self) -> None:
-        """A warning for each jump whose place depends on the motion."""
-        for found in self.discontinuities:
-            if found.moves:
-                told = f"'{self.name}': {found.sentence}"
-                warnings.warn(told, StatementWarning, stacklevel=_STATED)
+        """A warning for each expression that jumps at a place that depends on the motion."""
+        moving = [found for found in self.discontinuities if found.moves]
+        for found in {(each.phase, each.what): each for each in reversed(moving)}.values():
+            told = f"'{self.name}': {found.sentence}"
+            warnings.warn(told, StatementWarning, stacklevel=_STATED)
 
     @property
     def _names(self) -> list[str]:
@@ -373,12 +379,10 @@ def expressions_over(phase: Phase, functionals: Iterable[Functional]) -> list[ca
 
 
 def _steps(phase: Phase, functionals: Iterable[Functional]) -> tuple[float, ...]:
-    """Times at which the expressions of a phase step or bend.
-
-    They are inside the phase where its times are fixed, and may be so where one is free.
-    """
-    start = phase.start.lower if isinstance(phase.start, Between) else float(phase.start)
-    end = phase.end.upper if isinstance(phase.end, Between) else float(phase.end)
+    """Times inside a phase at which its expressions step or bend; none where its times are free."""
+    if isinstance(phase.start, Between) or isinstance(phase.end, Between):
+        return ()
+    start, end = float(phase.start), float(phase.end)
     times = {*phase.breakpoints, *stepping_times(expressions_over(phase, functionals), start, end)}
     return tuple(sorted(time for time in times if start < time < end))
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 from ocp.mesh.mesh import Mesh
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.better_motions.across_known_times import across_known_times
 from ocp.refinement.endings import ending_of
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
@@ -102,7 +101,6 @@ def _solved(
     # breakpoints that move are given up after a while, where there is a mesh to go back to
     most = most_iterations(history.solved, planned.program.mesh)
     result = meshes.solve(planned.program, planned.start, solver, before, most=most)
-    answer = MeshAnswer(planned.program, result)
     if planned.start is None:
-        answer = first_answer(MeshRound(meshes, solver, before), planned.program, result)
-    return across_known_times(meshes, solver, before, answer)
+        return first_answer(MeshRound(meshes, solver, before), planned.program, result)
+    return MeshAnswer(planned.program, result)

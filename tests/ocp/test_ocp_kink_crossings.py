@@ -22,7 +22,7 @@ from ocp import (
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.kinks import KinkSurfaces
-from ocp.problem.kinks.surfaces import crossable_kinks, roundable_kinks
+from ocp.problem.kinks.surfaces import crossable_kinks
 from ocp.refinement.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.refinement.policies.kink_breakpoints import (
     AwaitedCrossings,
@@ -123,7 +123,6 @@ def test_a_signal_that_keeps_its_sign_makes_no_kink(limits, sign, count):
     push = Phase("push", {speed: force - drag}, end=1)
     problem = Problem("push", push, minimise=push.integral(force**2))
     assert len(crossable_kinks(problem, "push").values) == count
-    assert len(roundable_kinks(problem, "push").values) == count
 
 
 def test_crossings_are_found_where_they_are():

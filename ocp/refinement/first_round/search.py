@@ -110,7 +110,7 @@ def best_of_several(first_round: MeshRound, program: Transcription, first: NlpRe
     coarse = tuple[_Answer, ...]()
     search = _searched(first_round, search, may_refine=mesh is not None)
     if search.no_motion and mesh is not None:
-        again = first_round.meshes.first_program_like(program, first.x, mesh)
+        again = first_round.meshes.first_program(None, mesh)
         finer = _FirstMeshSearch(again, (), search.last, search.starts)
         search, coarse = _searched(first_round, finer, may_refine=False), search.answers
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
-from ocp.arrays import Array
-from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, guess_by_lines, initial_guess
+from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
@@ -159,19 +158,6 @@ def wavy(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[Sta
             meshes.problem, meshes.parameters, lines, sizes.signals, sizes.unknowns, random
         )
         yield _point(meshes, program, guess)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Retimed:
-    """A guess of a phase at other times [s]."""
-
-    guess: PhaseGuess
-    start: float
-    end: float
-
-    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
-        """Signals by name at fractions of the phase."""
-        return self.guess.at_fractions(fractions)
 
 
 def _point(meshes: MeshSolver, program: Transcription, guess: InitialGuess) -> StartingPoint:
