@@ -24,7 +24,6 @@ from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
 from ocp.progress import Progress, shown
-from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.refine import Refinement, refine
 from ocp.refinement.solved_mesh import SolvedMesh
@@ -40,10 +39,8 @@ from ocp.verification.verify import Verification, unverified, verify
 _DEFAULTS = Settings()
 
 # Every interval can meet its tolerance while their errors add up to a miss of the replayed end
-# state, or of the objective. The tolerance is then made stricter by this factor, and so many
-# refinements are made at most.
+# state, or of the objective. The tolerance is then made stricter by this factor.
 _STRICTER = 30.0
-_STRICTER_GOES = 3
 
 # words of other tools
 _ELSEWHERE = {
@@ -123,37 +120,48 @@ def solve(
 def solve_from(
     meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None = None
 ) -> Solution:
-    """`solve` from a given start and mesh: refine, replay and check, until the replay agrees."""
+    """`solve` from a given start and mesh: refine, replay and check, and refine once more at most.
+
+    The second refinement is to stricter dynamics, where the replay asks for that.
+    """
     settings, accuracy = meshes.settings, meshes.settings.accuracy
     check_before_solve(meshes.problem, meshes.parameters)
-    rounds: tuple[MeshIteration, ...] = ()
-    seconds = 0.0
+    refinement = refine(meshes, start, mesh, accuracy)
+    check = _check_of(meshes, refinement)
 
-    for _ in range(_STRICTER_GOES):
-        refinement = refine(meshes, start, mesh, accuracy, rounds)
-        iterate, rounds = refinement.best.iterate, refinement.rounds
-        check_parts(meshes.problem, iterate.trajectory)
-        if not (settings.refinement.adapts and settings.verify):
-            # no decision depends on what the replay finds
-            check = cache(partial(_checked, meshes, refinement.best))
-            return _solution(meshes, refinement, check, bound)
-        checked = _checked(meshes, refinement.best)
-        seconds += checked.verification.seconds
+    # else no decision depends on what the replay finds
+    decides = settings.refinement.adapts and settings.verify
+    if decides and _is_too_loose(meshes, refinement, check()):
+        stricter = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
+        last, seconds = refinement.best.iterate, check().verification.seconds
+        refinement = refine(meshes, last, last.mesh, stricter, refinement.rounds)
+        check = _check_of(meshes, refinement, seconds)
+    return _solution(meshes, refinement, check, bound)
 
-        if meshes.spent(rounds):
-            break
-        # what holds between the points and not in the replay is off by the dynamics' errors
-        holds = refinement.best.is_verifiable(accuracy)
-        exact = _costs_the_same(meshes, refinement, checked)
-        passed = (checked.verification.passed and exact) or not holds
-        if passed and checked.motion.miss <= settings.accuracy.replay:
-            break
-        accuracy = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
-        mesh, start = iterate.mesh, iterate
 
-    verification = replace(checked.verification, seconds=seconds)
-    checked = replace(checked, verification=verification)
-    return _solution(meshes, refinement, lambda: checked, bound)
+def _check_of(
+    meshes: MeshSolver, refinement: Refinement, seconds: float = 0.0
+) -> Callable[[], _Checked]:
+    """What replays a refinement's answer and checks it, once, when it is asked.
+
+    Parameters
+    ----------
+    seconds : float
+        Spent on checks before.
+    """
+    check_parts(meshes.problem, refinement.best.iterate.trajectory)
+    return cache(partial(_checked, meshes, refinement.best, seconds))
+
+
+def _is_too_loose(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
+    """Whether an answer holds between the points, and not in the replay: its errors add up."""
+    accuracy = meshes.settings.accuracy
+    if meshes.spent(refinement.rounds):
+        return False
+    if checked.motion.miss > accuracy.replay:
+        return True
+    passed = checked.verification.passed and _costs_the_same(meshes, refinement, checked)
+    return refinement.best.is_verifiable(accuracy) and not passed
 
 
 @checked_keywords()
@@ -265,13 +273,19 @@ class _Checked:
     verification: Verification
 
 
-def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
-    """Replay an iterate and check it, unless the settings say not to."""
+def _checked(meshes: MeshSolver, best: SolvedMesh, spent: float) -> _Checked:
+    """Replay an iterate and check it, unless the settings say not to.
+
+    Parameters
+    ----------
+    spent : float
+        Seconds that checks before it took.
+    """
     iterate = best.iterate
     if not meshes.settings.verify:
         return _Checked(SimulatedMotion(()), iterate.trajectory, unverified(iterate.objective))
     begin = clock.perf_counter()
-    sizes = error_sizes(meshes.problem, iterate.parameters, iterate.scales.signals)
+    sizes = error_sizes(iterate.parameters, iterate.trajectory, iterate.scales.signals)
     motion = simulate(meshes.problem, iterate.trajectory, sizes)
     again = replayed(iterate.trajectory, motion)
     verification = verify(
@@ -282,7 +296,7 @@ def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
         meshes.evaluator,
         best.errors.of_motion,
     )
-    seconds = clock.perf_counter() - begin
+    seconds = spent + clock.perf_counter() - begin
     return _Checked(motion, again, replace(verification, seconds=seconds))
 
 

@@ -9,19 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
+from ocp.mesh.trajectory import Trajectory
 from ocp.problem.parameters import Parameters
-from ocp.problem.problem import Problem
 
 # Part of its values, below which the way of a state counts instead of them, and up to which two
 # numbers are one, computed in two ways
 _FAR = 1e-3
 _SAME = 1e-13
 
+# Where in each interval the range of a state is looked at
+_LOOKS = np.array([0.0, 0.5, 1.0])
+
 
 def error_sizes(
-    problem: Problem, parameters: Parameters, sizes: Mapping[str, float]
+    parameters: Parameters, trajectory: Trajectory, sizes: Mapping[str, float]
 ) -> dict[str, float]:
     """Sizes of the states by name, to which the misses of their ends are relative.
+
+    The way of a state is from one stated end value to another one, or the range of its values
+    where that is more, as for a joint that swings out and comes back.
 
     Parameters
     ----------
@@ -33,11 +41,24 @@ def error_sizes(
         for (_, name), (lower, upper) in values.items():
             if lower == upper:
                 stated.setdefault(name, []).append(lower)
-    found = {state.name: sizes[state.name] for phase in problem.phases for state in phase.states}
+    found = {name: sizes[name] for phase in trajectory.phases for name in phase.states}
     for name, numbers in stated.items():
         largest = max(abs(number) for number in numbers)
         apart = [abs(a - b) for a in numbers for b in numbers]
         least = min((way for way in apart if way > _SAME * largest), default=largest)
-        if least < _FAR * largest:
-            found[name] = min(found[name], least)
+        way = max(least, _range(trajectory, name))
+        if way < _FAR * largest:
+            found[name] = min(found[name], way)
     return found
+
+
+def _range(trajectory: Trajectory, name: str) -> float:
+    """Largest minus least value of a state, at the ends and in the middle of each interval."""
+    seen = [
+        motion.polynomial(name).value(
+            np.repeat(np.arange(motion.intervals), _LOOKS.size), np.tile(_LOOKS, motion.intervals)
+        )
+        for motion in trajectory.phases
+        if name in motion.states
+    ]
+    return float(np.ptp(np.concatenate(seen)))

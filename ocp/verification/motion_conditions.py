@@ -28,7 +28,7 @@ _OF_A_SCALE = 1e-3
 def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
     """The motion against the statement: replayed, and between its points."""
     iterate, evaluator = evidence.iterate, evidence.evaluator
-    sizes = error_sizes(iterate.problem, iterate.parameters, iterate.scales.signals)
+    sizes = error_sizes(iterate.parameters, iterate.trajectory, iterate.scales.signals)
     simulated = simulate(iterate.problem, iterate.trajectory, sizes)
     replay = replayed(iterate.trajectory, simulated)
     verification = verify(iterate, simulated, replay, Accuracy(), evaluator)

@@ -139,9 +139,9 @@ def test_a_motion_that_touches_a_kink_does_not_cross_it():
 
 
 def test_a_step_is_no_kink():
-    problem = parabola(-0.0625, ca.if_else(x > 0, 2 + x, 1))
-    with pytest.warns(UserWarning, match="steps"):
-        assert crossings_of(problem).count == 0
+    with pytest.warns(UserWarning, match="jumps"):
+        problem = parabola(-0.0625, ca.if_else(x > 0, 2 + x, 1))
+    assert crossings_of(problem).count == 0
 
 
 def test_a_soft_stop_costs_what_it_costs_in_phases():
