@@ -4,36 +4,26 @@ from __future__ import annotations
 
 import math
 import time as clock
-import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
-from ocp.errors import Interrupted, SolveFailed, StatementError, StatementWarning, Unverified
+from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.later import later
-from ocp.mesh.first_mesh import following
-from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import collapsed
-from ocp.nlp.failures import failure, remedy_for_bends
-from ocp.optimality.iterate import Iterate
-from ocp.optimality.multiplier_sets import fitted_to_switches
+from ocp.nlp.failures import failure, remedy_for_kinks
 from ocp.optimality.multipliers import multipliers
-from ocp.optimality.number_steps import number_remark, number_steps
-from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
 from ocp.problem.integrator_chains import first_degree
-from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
 from ocp.progress import Progress, shown
-from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.refine import Refinement, refine
 from ocp.refinement.solved_mesh import SolvedMesh
@@ -122,13 +112,9 @@ def solve(
         raise StatementError(f"the argument 'bound' is {bound!r}; give a finite number")
     form = form_of(problem, settings, guess)
     parameters = form.parameters(constants)
-    start, stays = start_from(form, settings, guess), mesh is not None
+    start = start_from(form, settings, guess)
     mesh = mesh or mesh_of(form, settings, guess)
     known = guess.form_evaluator if isinstance(guess, Solution) else None
-    if guess is None and not stays and settings.refinement.adapts:
-        stated = initial_guess(form.problem, parameters)
-        if found := determined_motion(form.problem, parameters, stated, settings.scheme, mesh):
-            start, mesh = found
     with shown(progress) as say:
         meshes = MeshSolver.of(form.problem, settings, parameters, say, evaluator=known)
         return solve_from(form, meshes, start, mesh, bound)
@@ -137,44 +123,49 @@ def solve(
 def solve_from(
     form: Form, meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None = None
 ) -> Solution:
-    """`solve` from a given start and mesh: refine, replay and check, until the replay agrees."""
-    with told_of(form):
-        return _solved(form, meshes, start, mesh, bound)
+    """`solve` from a given start and mesh: refine, replay and check, and refine once more at most.
 
-
-def _solved(
-    form: Form, meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None
-) -> Solution:
+    The second refinement is to stricter dynamics, where the replay asks for that.
+    """
     settings, accuracy = meshes.settings, meshes.settings.accuracy
-    check_before_solve(meshes.problem, meshes.parameters)
-    rounds: tuple[MeshIteration, ...] = ()
-    seconds = 0.0
+    with told_of(form):
+        check_before_solve(meshes.problem, meshes.parameters)
+        refinement = refine(meshes, start, mesh, accuracy)
+        check = _check_of(form, meshes, refinement)
 
-    for _ in range(_STRICTER_GOES):
-        refinement = refine(meshes, start, mesh, accuracy, rounds)
-        iterate, rounds = refinement.best.iterate, refinement.rounds
-        check_parts(meshes.problem, iterate.trajectory)
-        if not (settings.refinement.adapts and settings.verify):
-            # no decision depends on what the replay finds
-            check = cache(partial(_checked, form, meshes, refinement.best))
-            return _solution(form, meshes, refinement, check, bound)
-        checked = _checked(form, meshes, refinement.best)
-        seconds += checked.verification.seconds
+        # else no decision depends on what the replay finds
+        decides = settings.refinement.adapts and settings.verify
+        if decides and _is_too_loose(meshes, refinement, check()):
+            stricter = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
+            last, seconds = refinement.best.iterate, check().verification.seconds
+            refinement = refine(meshes, last, last.mesh, stricter, refinement.rounds)
+            check = _check_of(form, meshes, refinement, seconds)
+        return _solution(form, meshes, refinement, check, bound)
 
-        if meshes.spent(rounds):
-            break
-        # what holds between the points and not in the replay is off by the dynamics' errors
-        holds = refinement.best.is_verifiable(accuracy)
-        exact = _costs_the_same(meshes, refinement, checked)
-        passed = (checked.verification.passed and exact) or not holds
-        if passed and checked.motion.miss <= settings.accuracy.replay:
-            break
-        accuracy = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
-        mesh, start = iterate.mesh, iterate
 
-    verification = replace(checked.verification, seconds=seconds)
-    checked = replace(checked, verification=verification)
-    return _solution(form, meshes, refinement, lambda: checked, bound)
+def _check_of(
+    form: Form, meshes: MeshSolver, refinement: Refinement, seconds: float = 0.0
+) -> Callable[[], _Checked]:
+    """What replays a refinement's answer and checks it, once, when it is asked.
+
+    Parameters
+    ----------
+    seconds : float
+        Spent on checks before.
+    """
+    check_parts(meshes.problem, refinement.best.iterate.trajectory)
+    return cache(partial(_checked, form, meshes, refinement.best, seconds))
+
+
+def _is_too_loose(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
+    """Whether an answer holds between the points, and not in the replay: its errors add up."""
+    accuracy = meshes.settings.accuracy
+    if meshes.spent(refinement.rounds):
+        return False
+    if checked.motion.miss > accuracy.replay:
+        return True
+    passed = checked.verification.passed and _costs_the_same(meshes, refinement, checked)
+    return refinement.best.is_verifiable(accuracy) and not passed
 
 
 @contextmanager
@@ -230,7 +221,7 @@ def collocate(
     parameters, start = form.parameters(), None if guess is None else form.solved(guess)
     with shown(progress) as say, told_of(form):
         meshes = MeshSolver.of(form.problem, settings, parameters, say)
-        program = meshes.first_program(start, mesh or first_mesh(form.problem, settings, start))
+        program = meshes.first_program(start, mesh or first_mesh(form.problem, settings))
         result = meshes.solve(program, start, settings.solver)
 
     motion = trajectory_of(program, result.x, parameters)
@@ -289,26 +280,17 @@ def start_from(form: Form, settings: Settings, guess: Solution | Trajectory | No
 
 def mesh_of(form: Form, settings: Settings, guess: Solution | Trajectory | None) -> Mesh:
     """The first mesh where none is given: that of a solution, or a new one."""
-    if isinstance(guess, Solution):
-        return guess.mesh
-    return first_mesh(form.problem, settings, None if guess is None else form.solved(guess))
+    return guess.mesh if isinstance(guess, Solution) else first_mesh(form.problem, settings)
 
 
-def first_mesh(problem: Problem, settings: Settings, guess: Trajectory | None = None) -> Mesh:
-    """The mesh of a first round: uniform, unless the guess moves too fast for that."""
+def first_mesh(problem: Problem, settings: Settings) -> Mesh:
+    """The first mesh of a solve, whose intervals are equal."""
     highest = settings.refinement.highest_degree
     degrees = [
         first_degree(problem, phase, settings.scheme, settings.controls, highest)
         for phase in problem.phases
     ]
-    uniformly = map(uniform, first_intervals(settings, problem), degrees)
-    stated = initial_guess(problem, parameters_of(problem), guess)
-    return Mesh(
-        tuple(
-            following(mesh, stated.phases[phase.name], [state.name for state in phase.states])
-            for mesh, phase in zip(uniformly, problem.phases, strict=True)
-        )
-    )
+    return Mesh(tuple(map(uniform, first_intervals(settings, problem), degrees)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -329,8 +311,14 @@ class _Checked:
     verification: Verification
 
 
-def _checked(form: Form, meshes: MeshSolver, best: SolvedMesh) -> _Checked:
-    """Replay an iterate and check it, unless the settings say not to."""
+def _checked(form: Form, meshes: MeshSolver, best: SolvedMesh, spent: float) -> _Checked:
+    """Replay an iterate and check it, unless the settings say not to.
+
+    Parameters
+    ----------
+    spent : float
+        Seconds that checks before it took.
+    """
     iterate = best.iterate
     if not meshes.settings.verify:
         stated = form.stated(iterate.trajectory)
@@ -338,16 +326,15 @@ def _checked(form: Form, meshes: MeshSolver, best: SolvedMesh) -> _Checked:
     begin = clock.perf_counter()
     replay = ReplayedAnswer.of(form, iterate, meshes.evaluator)
     verification = verify(iterate, replay, meshes.settings.accuracy, best.errors.of_motion)
-    seconds = clock.perf_counter() - begin
+    seconds = spent + clock.perf_counter() - begin
     return _Checked(replay.simulated, replay.motion, replace(verification, seconds=seconds))
 
 
 def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
     """Whether the replay has the same objective, to what was asked of the objective itself.
 
-    Not asked where a peak enters it: the dynamics are not what a peak is off by. Nor where a step
-    is told, or the refinement had no end: a finer mesh would begin to resolve what is steep, and
-    what it hides would be told no longer.
+    Not asked where a peak enters it: the dynamics are not what a peak is off by. Nor where the
+    refinement ended short of its tolerances: a stricter one would, too.
     """
     if any(isinstance(symbol, Peak) for symbol in meshes.problem.objective_symbols):
         return True
@@ -355,8 +342,7 @@ def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checke
     iterate, miss = refinement.best.iterate, abs(found.replayed_objective - found.objective)
     if miss <= max(accuracy.objective, accuracy.replay) * iterate.objective_size:
         return True
-    steps = any(True for _ in steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
-    return steps or refinement.ending != "tolerances"
+    return refinement.ending != "tolerances"
 
 
 def _solution(
@@ -377,16 +363,9 @@ def _solution(
     if error := collapsed(iterate.transcription, iterate.trajectory):
         raise error
 
-    fitted = fitted_to_switches(iterate)
-
-    def verdict(calls: int) -> str:
-        """The verdict. A warning names the line so many calls away, which solves or reads it."""
+    def verdict() -> str:
         passed = checked().verification.passed
-        said = verdict_on(meshes, refinement, fitted, bound) if passed else "unverified"
-        if remark := _remark_on_steps(meshes, iterate):
-            said += f"; {remark}"
-            warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=calls)
-        return said
+        return verdict_on(meshes, refinement, bound) if passed else "unverified"
 
     adapts = settings.refinement.adapts
     stated, evaluator = form.stated(iterate.trajectory), meshes.evaluator
@@ -404,13 +383,13 @@ def _solution(
         verification=later(lambda: checked().verification),
         mesh=iterate.mesh,
         mesh_iterations=refinement.rounds,
-        verdict=verdict(6) if adapts else later(lambda: verdict(4)),
-        multipliers=later(lambda: multipliers(fitted)),
+        verdict=verdict() if adapts else later(verdict),
+        multipliers=later(lambda: multipliers(iterate)),
         evaluator=evaluator,
         form=form,
         form_evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
-        iterate=fitted,
+        iterate=iterate,
     )
 
     # on a fixed mesh the user wants to see what it gives
@@ -419,23 +398,14 @@ def _solution(
     return solution
 
 
-def _remark_on_steps(meshes: MeshSolver, iterate: Iterate) -> str:
-    """What steps make of an answer, along the motion and beside it; empty without any."""
-    along = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
-    beside = number_remark(number_steps(iterate, meshes.evaluator))
-    return "; ".join(filter(None, (along, beside)))
-
-
 def _unverified(meshes: MeshSolver, refinement: Refinement, solution: Solution) -> Unverified:
-    """The error of an answer that did not pass; a remark on steps explains that better."""
+    """The error of an answer that did not pass."""
     ended = refinement.ending == "budget"
     when = f" when the budget of {meshes.budget} was used up" if ended else ""
     reasons = "; ".join(solution.verification.reasons)
-    remark = _remark_on_steps(meshes, refinement.best.iterate)
-    bends = remedy_for_bends(meshes.problem)
-    advice = remark or f"{bends}loosen the tolerance named, allow more rounds or intervals"
     return Unverified(
         f"the answer for '{meshes.problem.name}' did not pass its verification{when}: {reasons}; "
-        f"{advice}, or look at the unverified answer in error.iterate",
+        f"{remedy_for_kinks(meshes.problem)}loosen the tolerance named, allow more rounds or "
+        "intervals, or look at the unverified answer in error.iterate",
         solution,
     )

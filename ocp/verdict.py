@@ -7,36 +7,25 @@ starts``, or ``global`` where a proven bound is met. Then follow remarks.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice
 
-from ocp.optimality.iterate import Iterate
-from ocp.optimality.roomy_sizes import roomy_sizes
-from ocp.refinement.estimates.missed_switches import displaced_remark
-from ocp.refinement.estimates.narrow_features import feature_remark
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.other_controls.promise import other_controls, others_remark
 from ocp.refinement.refine import Refinement
-from ocp.refinement.reviews.unseen_features import features_of
 
 # Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
 # better themselves.
 BOUND_MET = 1e-5
 
 
-def verdict_on(
-    meshes: MeshSolver, refinement: Refinement, fitted: Iterate, bound: float | None
-) -> str:
+def verdict_on(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
     """The verdict of an answer that passed its verification.
 
     Parameters
     ----------
-    fitted : Iterate
-        The answer, with multipliers that fit its switches.
     bound : float or None
         A proven bound of the optimum [unit of the objective].
     """
-    return "; ".join((_compared(meshes, refinement, bound), *_remarks(meshes, refinement, fitted)))
+    return "; ".join((_compared(meshes, refinement, bound), *_remarks(meshes, refinement)))
 
 
 def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
@@ -58,9 +47,8 @@ def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -
     return verdict
 
 
-def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Iterator[str]:
+def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
     """Sentences on what is open or may be better, though the answer is verified."""
-    iterate, adapts = refinement.best.iterate, meshes.settings.refinement.adapts
     shortfall = _shortfall(meshes, refinement)
     if shortfall:
         yield shortfall
@@ -69,23 +57,6 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
             "its peaks count as high as they are between the points of the mesh, which costs "
             f"{refinement.best.raised:.0e} of the objective"
         )
-    if refinement.lower is not None and adapts:
-        yield (
-            f"it is a saddle point: a nearby motion reaches {refinement.lower:.6g}, but none was "
-            "found there that meets the dynamics and all limits between its points"
-        )
-    yield from (far.sentence for far in islice(roomy_sizes(iterate), 1))
-    others = list(other_controls(iterate, meshes.evaluator))
-    if told := others_remark(others, iterate):
-        yield told
-    # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
-    untried = adapts and not shortfall and not refinement.timed
-    if untried and (displaced := displaced_remark(fitted, meshes.evaluator)):
-        yield displaced
-    # no review of a fixed mesh looks for them
-    features = refinement.features if adapts else features_of(meshes, refinement.best)[0]
-    if missed := feature_remark(features, meshes.problem):
-        yield missed
 
 
 def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:

@@ -24,17 +24,12 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
-from ocp.optimality.steps import may_step, steps_along
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
-from ocp.refinement.better_motions.across_known_times import ends_at_known_times
-from ocp.refinement.better_motions.saddles import lower_motion, stationary_point
-from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
-from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
 from ocp.refinement.policies.moving_mesh import (
@@ -45,7 +40,7 @@ from ocp.refinement.policies.moving_mesh import (
     price_of_widths,
 )
 from ocp.refinement.refine import refine
-from ocp.refinement.solved_mesh import VERIFIABLE_SLACK
+from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.reformulate.form import Form
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
@@ -332,8 +327,8 @@ class _Walk:
         parameters = self.form.parameters({**self.others, self.constant: value})
         check_before_solve(base.problem, parameters)
         meshes = base.at(parameters)
-        if base.settings.refinement.adapts and self._steps(last):
-            return self._alone(meshes, last.trajectory, self._first_mesh(last.trajectory))
+        if base.settings.refinement.adapts and base.problem.is_discontinuous:
+            return self._alone(meshes, last.trajectory, self._first_mesh())
         found = self._solved(meshes, last.program, last.start)
         iterations = found.iterations if found else 0
 
@@ -342,8 +337,7 @@ class _Walk:
                 break
             if found.alone or not self._held_back(found):
                 if base.settings.refinement.adapts and not found.alone and self._loses(found):
-                    mesh = self._first_mesh(found.trajectory)
-                    return self._alone(meshes, found.trajectory, mesh)
+                    return self._alone(meshes, found.trajectory, self._first_mesh())
                 return replace(found, iterations=iterations)
             # the limits of all widths are set anew, from where the breakpoints are
             mesh = moving_mesh(found.iterate, base.evaluator, _MERGED)
@@ -362,20 +356,15 @@ class _Walk:
             raise self.interrupted(meshes.parameters.values[self.constant.name], motion)
         if result.outcome != "solved":
             return None
-        if program.mesh.keeps_sides:
-            motion = trajectory_of(program, result.x, meshes.parameters)
-            if ends_at_known_times(program, motion):
-                return None  # it may go on behind them, on another mesh
 
         iterations = result.iterations
         point = StartingPoint.at(result)
-        stationary = stationary_point(meshes, program, point, seems_least=bool(result.seems_least))
-        if not stationary.is_minimum:
+        if not result.seems_least and may_be_saddle(meshes, program, point):
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
             rounds = [record_of(program.mesh, result, None)]
             motion = trajectory_of(program, result.x, meshes.parameters)
             iterate = iterate_of(program, result, motion)
-            below = lower_motion(meshes, iterate, stationary, rounds)
+            below = lower_motion(meshes, iterate, rounds)
             if below is not None:
                 return self._alone(meshes, below, below.mesh, rounds)
             iterations = iterations_of(rounds)
@@ -399,7 +388,7 @@ class _Walk:
         """A member refined on a mesh of its own, from a motion nearby as far as it leads."""
         found = refine(meshes, start, mesh, meshes.settings.accuracy, rounds)
         iterate, iterations = found.best.iterate, iterations_of(found.rounds)
-        return self._followable(iterate, meshes.parameters, iterations, moves=not found.sighted)
+        return self._followable(iterate, meshes.parameters, iterations)
 
     def _beside(self, last: Member, meshes: MeshSolver) -> Member:
         """A member to which the breakpoints of another one did not move.
@@ -411,32 +400,26 @@ class _Walk:
         except SolveFailed as error:
             if isinstance(error, BudgetSpent) or not meshes.settings.refinement.adapts:
                 raise
-            return self._alone(meshes, last.trajectory, self._first_mesh(last.trajectory))
+            return self._alone(meshes, last.trajectory, self._first_mesh())
 
-    def _followable(
-        self, iterate: Iterate, parameters: Parameters, iterations: int, *, moves: bool = True
-    ) -> Member:
+    def _followable(self, iterate: Iterate, parameters: Parameters, iterations: int) -> Member:
         """A refined motion on few intervals that move, where the mesh may change and that is found.
 
-        It holds to the tolerances that were asked for.
-
-        Parameters
-        ----------
-        moves : bool
-            Whether breakpoints may move: not where they mark something narrow.
+        It holds to the tolerances that were asked for. Points that move would pass over a jump of
+        an expression, and gain by what lies between them.
         """
         settings = self.base.settings
         if settings.refinement.adapts:
             meshes = self.base.at(parameters)
             try:
-                if not moves or self._steps(iterate):
+                if meshes.problem.is_discontinuous:
                     found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
                 else:
                     moving = replace(meshes, settings=replace(settings, refinement=_MOVING))
                     mesh = movable_mesh(iterate, meshes.evaluator, _MERGED)
                     found = refine(moving, iterate, mesh, settings.accuracy)
-                    # points that move pass over what is narrow, as over a step
-                    if found.sighted or found.best.errors.dynamics > _NO_MOTION:
+                    # and they pass over what is narrow
+                    if found.best.errors.dynamics > _NO_MOTION:
                         found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
             except SolveFailed:
                 found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
@@ -452,42 +435,19 @@ class _Walk:
         )
 
     def _loses(self, found: Member) -> bool:
-        """Whether the points of a neighbour's mesh miss a step, or something that is narrow."""
-        if self._steps(found):
-            return True
-        if not may_hide(self.base.problem):
-            return False
-        iterate, allowed = found.iterate, VERIFIABLE_SLACK * self.base.settings.accuracy.dynamics
-        errors = MotionErrors(
-            found.program, iterate.trajectory, self.base.evaluator, found.parameters
-        )
-        if max(float(off.max()) for off in errors.dynamics) > _NO_MOTION:
-            return True
-        if any(True for _ in narrow_features(errors, allowed)):
-            return True
-        slopes = missed_slopes(iterate, self.base.evaluator, allowed)
-        return any(not isinstance(slope.symbol, Constant) for slope in slopes)
+        """Whether the points of a neighbour's mesh miss something that is narrow."""
+        trajectory, evaluator = found.iterate.trajectory, self.base.evaluator
+        errors = MotionErrors(found.program, trajectory, evaluator, found.parameters)
+        return errors.worst_dynamics > _NO_MOTION
 
-    def _steps(self, answer: Iterate | Member) -> bool:
-        """Whether an expression steps along a motion where no breakpoint is kept for it.
-
-        Points that move pass over a step, and gain by what lies between them.
-        """
-        problem, evaluator = self.base.problem, self.base.evaluator
-        if not may_step(problem, evaluator):
-            return False
-        found = steps_along(problem, answer.trajectory, evaluator)
-        return any(step.unseen or step.constants for step in found)
-
-    def _first_mesh(self, motion: Trajectory) -> Mesh:
-        """A mesh that knows nothing of where a neighbour's steps were."""
-        return first_mesh(self.base.problem, self.base.settings, motion)
+    def _first_mesh(self) -> Mesh:
+        """A mesh that knows nothing of a neighbour."""
+        return first_mesh(self.base.problem, self.base.settings)
 
     def _held_back(self, member: Member) -> bool:
         """Whether breakpoints that all move would move further than their mesh lets them."""
         phases = member.program.mesh.phases
-        inner = (len(phase.movable) + len(phase.known) for phase in phases)
-        free = all(n == phase.intervals - 1 for n, phase in zip(inner, phases, strict=True))
+        free = all(len(phase.movable) == phase.intervals - 1 for phase in phases)
         settings, iterate = self.base.settings, member.answer
         if not (settings.refinement.adapts and free):
             return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ocp.keywords import checked_keywords
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress
+from ocp.refinement.saddles import lower_beside
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 
@@ -181,14 +183,22 @@ class _Path:
             reached, step = fraction, _GROWTH * (fraction - reached)
 
     def _solved(self, last: Solution, value: float, final: bool) -> Solution:
-        """The solution at a value, verified only where that was asked for."""
-        return solve(
+        """The solution at a value, verified only where that was asked for.
+
+        Beyond a bifurcation a saddle may follow on a minimum. It is left where a value was asked
+        for.
+        """
+        solved = partial(
+            solve,
             self.problem,
             settings=replace(self.settings, verify=final and self.settings.verify),
-            guess=last,
             constants={**self.others, self.constant: value},
             progress=self.progress,
         )
+        found = solved(guess=last)
+        if final and (lower := lower_beside(found.kept_iterate, found.evaluator)):
+            return solved(guess=lower.trajectory)
+        return found
 
     def _stopped(
         self,

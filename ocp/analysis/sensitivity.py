@@ -32,17 +32,17 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.errors import StatementWarning
 from ocp.optimality.active_set import ACTIVE, LimitDistances, limit_distances
+from ocp.optimality.crossed_jumps import crossed_jumps
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
-from ocp.optimality.steps import steps_along
 from ocp.problem.end_limits import sides_closed_by_ends
 from ocp.problem.parameters import Parameters, limit_slopes
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between
-from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
 
@@ -59,13 +59,9 @@ _WEAKLY_ACTIVE = (
     "the solution lies at the limit, whose multiplier is zero: the active set is about to change"
 )
 
-_STEP = (
-    "expressions of the problem step at a time that moves, which multipliers do not show; compare "
+_JUMP = (
+    "expressions of the problem jump at a time that moves, which multipliers do not show; compare "
     "solves with other values"
-)
-_HIDDEN = (
-    "they act between the points of the mesh, where nothing of them was seen; state breakpoints "
-    "there, or compare solves with other values"
 )
 
 
@@ -80,9 +76,8 @@ class Sided:
     Attributes
     ----------
     below, above : float
-        Equal where the optimum is smooth; infinite where it has no finite slope; nan where a step
-        of an expression moves with the number, and where a constant acts between the points of the
-        mesh.
+        Equal where the optimum is smooth; infinite where it has no finite slope; nan where a jump
+        of an expression moves with the number.
     note : str
         Empty, or why the value holds for small changes only.
     """
@@ -119,14 +114,13 @@ def sensitivities(solution: Solution) -> dict[str, float]:
     -----
     ActiveSetWarning
         Where the two sides differ, where it was not found whether they do, and where the slope is
-        not known: where an expression steps at a time that moves, or a constant acts between the
-        points of the mesh.
+        not known because an expression jumps at a time that moves.
     """
     both_sides = one_sided_sensitivities(solution)
     kinks = [
         f"by '{name}' it changes by {s.below:.6g} for a decrease and {s.above:.6g} for an increase"
         for name, s in both_sides.items()
-        if not (s.is_one or s.note in (_STEP, _HIDDEN, _AT_END))
+        if not (s.is_one or s.note in (_JUMP, _AT_END))
     ]
     if kinks:
         warnings.warn(
@@ -136,7 +130,7 @@ def sensitivities(solution: Solution) -> dict[str, float]:
             stacklevel=3,
         )
 
-    # a slope that is one number may still hold on one side only, or lack the share of a step
+    # a slope that is one number may still hold on one side only, or lack the share of a jump
     unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == _UNKNOWN]
     if unknown:
         warnings.warn(
@@ -146,14 +140,13 @@ def sensitivities(solution: Solution) -> dict[str, float]:
             stacklevel=3,
         )
 
-    for why in (_STEP, _HIDDEN):
-        unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == why]
-        if unknown:
-            warnings.warn(
-                f"the slopes by {', '.join(unknown)} are not known: {why}",
-                ActiveSetWarning,
-                stacklevel=3,
-            )
+    unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == _JUMP]
+    if unknown:
+        warnings.warn(
+            f"the slopes by {', '.join(unknown)} are not known: {_JUMP}",
+            ActiveSetWarning,
+            stacklevel=3,
+        )
     return {name: s.only for name, s in both_sides.items()}
 
 
@@ -191,33 +184,24 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
         if name in sided and sided[name].is_one:
             one, endless = sided[name].below, sense * math.inf
             sided[name] = Sided(-endless if below else one, endless if above else one, _AT_END)
-    for name, why in _not_known(solution, sided).items():
-        sided[name] = Sided(math.nan, math.nan, why)
+    for name in _not_known(solution, sided):
+        sided[name] = Sided(math.nan, math.nan, _JUMP)
     return sided
 
 
-def _not_known(solution: Solution, named: Iterable[str]) -> dict[str, str]:
-    """Those of named numbers whose slope the multipliers do not tell, and why."""
-    hidden = missed_slopes(solution.kept_iterate, solution.form_evaluator, math.inf)
-    return {
-        **{slope.symbol.name: _HIDDEN for slope in hidden if slope.symbol.name in named},
-        **dict.fromkeys(_moved_by_steps(solution, named), _STEP),
-    }
+def _not_known(solution: Solution, named: Iterable[str]) -> set[str]:
+    """Those of named numbers whose slope lacks the share of a jump that moves with them.
 
-
-def _moved_by_steps(solution: Solution, named: Iterable[str]) -> set[str]:
-    """Those of named numbers whose slope lacks the share of a step that moves with them.
-
-    Where the time of a step depends on the motion, these are all of them.
+    Where the time of a jump depends on the motion, these are all of them.
     """
     problem, names = solution.form.problem, set[str]()
-    for step in steps_along(problem, solution.kept_iterate.trajectory, solution.form_evaluator):
-        if step.unseen:
+    for found in crossed_jumps(solution.kept_iterate.trajectory, solution.form_evaluator):
+        if found.moves:
             return set(named)
-        names |= step.constants
-        # in a phase with a free time the program holds the step where it is
-        if problem.phase(step.phase).has_fixed_times:
-            names |= {f"{step.phase}: start", f"{step.phase}: end"}
+        names |= {symbol.name for symbol in found.depends}
+        # in a phase with a free time the program holds the jump where it is
+        if problem.phase(found.phase).has_fixed_times:
+            names |= {f"{found.phase}: start", f"{found.phase}: end"}
     return names & set(named)
 
 
@@ -461,8 +445,9 @@ def _boundary_values(
 
 def _times(columns: PhaseColumns, first: int) -> Iterator[_NamedLimits]:
     """Times of a phase of which one is free."""
-    for end, lower, upper, low, high in columns.stated_times():
-        yield _NamedLimits(f"{columns.phase.name}: {end}", lower, upper, first + low, first + high)
+    for end, lower, upper, column in columns.stated_times():
+        own = first + column
+        yield _NamedLimits(f"{columns.phase.name}: {end}", lower, upper, own, own)
 
 
 def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
@@ -480,8 +465,12 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
         return
 
     phases = [_released(p) if i in fixed else p for i, p in enumerate(problem.phases)]
+    with warnings.catch_warnings():
+        # the statement has been warned of
+        warnings.simplefilter("ignore", StatementWarning)
+        free = replace(problem, phases=phases)
     released = transcribe(
-        replace(problem, phases=phases),
+        free,
         transcription.mesh,
         iterate.scheme,
         iterate.controls,

@@ -34,16 +34,8 @@ class PhaseMesh:
     sides : (N, k) sides on which the expressions of an interval are, of each kink that the motion
         may cross (`ocp.problem.kinks.crossable_kinks`): 1 or -1, and 0 where that is left
         open. None where it is left open everywhere.
-    known : (k,) indices of inner breakpoints that stand at known times although a time of the phase
-        is free, each with its time [s]. The others keep their share of the stretch between two of
-        these, or between one and an end of the phase.
-    between : known times before which the phase does not begin, and behind which it does not end
-        [s]. None where no known times were looked at, see `ocp.mesh.known_times`.
     intervals : number of intervals N.
     moving : (N,) whether an interval has a movable end.
-    stretches : (N,) number of the stretch between known times that each interval is in.
-    positions : (N + 1,) breakpoints by the number of their stretch and the part of it before them;
-        the fractions of the phase where there is one stretch.
 
     Raises
     ------
@@ -56,12 +48,8 @@ class PhaseMesh:
     movable: tuple[int, ...] = ()
     longest: float = np.inf
     sides: Integers | None = None
-    known: tuple[tuple[int, float], ...] = ()
-    between: tuple[float, float] | None = None
     intervals: int = field(init=False, repr=False)
     moving: Flags = field(init=False, repr=False)
-    stretches: Integers = field(init=False, repr=False)
-    positions: Array = field(init=False, repr=False)
 
     def __repr__(self) -> str:
         lowest, highest = int(self.degrees.min()), int(self.degrees.max())
@@ -85,54 +73,14 @@ class PhaseMesh:
         free = np.zeros(len(points), dtype=bool)
         free[list(self.movable)] = True
         object.__setattr__(self, "moving", free[:-1] | free[1:])
-        self._place(points)
-
-    def _place(self, points: Array) -> None:
-        """Stretches and positions of the breakpoints."""
-        at = np.array([0, *(i for i, _ in self.known), self.intervals])
-        if not np.all(np.diff(at) > 0):
-            raise StatementError(f"known times belong to inner breakpoints, got {self.known}")
-        stretches = np.searchsorted(at[1:-1], np.arange(self.intervals), side="right")
-        positions = points
-        if self.known:
-            begin, width = points[at[:-1]], np.diff(points[at])
-            inside = (points[:-1] - begin[stretches]) / width[stretches]
-            positions = np.append(stretches + inside, len(self.known) + 1.0)
-        object.__setattr__(self, "stretches", stretches)
-        object.__setattr__(self, "positions", positions)
-
-    @property
-    def times(self) -> tuple[float, ...]:
-        """The known times at which breakpoints stand [s]."""
-        return tuple(time for _, time in self.known)
-
-    def times_at(self, positions: Array, start: float, end: float) -> Array:
-        """Times of positions of breakpoints in a phase of given ends, (N + 1,) [s]."""
-        knots = np.array([start, *self.times, end])
-        stretches = np.append(self.stretches, len(self.known))
-        inside = positions - stretches
-        times = knots[stretches] + inside * np.diff(knots)[stretches]
-        for i, time in self.known:
-            times[i] = time
-        return np.asarray(times)
-
-    def fractions_at(self, start: float, end: float) -> Array:
-        """The breakpoints as fractions of the phase where it has given ends [s], (N + 1,)."""
-        if not self.known:
-            return self.breakpoints
-        fractions = (self.times_at(self.positions, start, end) - start) / (end - start)
-        fractions[[0, -1]] = 0.0, 1.0
-        return fractions
 
     def frozen(self) -> PhaseMesh:
         """The same mesh without movable breakpoints."""
         return replace(self, movable=())
 
     def freed(self, longest: float = np.inf) -> PhaseMesh:
-        """The same mesh with all inner breakpoints movable, but for those at known times."""
-        known = {i for i, _ in self.known}
-        movable = tuple(i for i in range(1, self.intervals) if i not in known)
-        return replace(self, movable=movable, longest=longest)
+        """The same mesh with all inner breakpoints movable."""
+        return replace(self, movable=tuple(range(1, self.intervals)), longest=longest)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,11 +129,6 @@ class Mesh:
             object.__setattr__(self, "back_off", ({},) * len(self.phases))
         object.__setattr__(self, "intervals", sum(mesh.intervals for mesh in self.phases))
 
-    @property
-    def keeps_sides(self) -> bool:
-        """Whether a free end of a phase stays between two known times."""
-        return any(phase.between is not None for phase in self.phases)
-
     def frozen(self) -> Mesh:
         """The same mesh without movable breakpoints."""
         return replace(self, phases=tuple(phase.frozen() for phase in self.phases))
@@ -216,8 +159,7 @@ def with_points(mesh: PhaseMesh, fractions: Array, closest: float = SAME_POINT) 
     points = np.sort(np.concatenate([mesh.breakpoints, added]))
     parents = np.searchsorted(mesh.breakpoints, points[:-1], side="right") - 1
     kept = tuple(int(np.searchsorted(points, mesh.breakpoints[i])) for i in mesh.movable)
-    known = tuple((int(np.searchsorted(points, mesh.breakpoints[i])), t) for i, t in mesh.known)
-    return PhaseMesh(points, mesh.degrees[parents], kept, known=known, between=mesh.between)
+    return PhaseMesh(points, mesh.degrees[parents], kept)
 
 
 def bisected(mesh: Mesh, most_intervals: int) -> Mesh | None:

@@ -25,8 +25,6 @@ Time = float | Between
 # a phase has of all.
 _FASTER = 2.0
 _SHARES = 4.0
-_SHIFT = 3.0  # by which phases become longer or shorter in turn, before parts are taken
-_LONG = 1e-2  # part of all from which on a phase has a length
 _SHORTEST = 1e-6  # of the longest duration, that a phase keeps
 
 
@@ -75,20 +73,6 @@ def _anywhere(time: Time, otherwise: float, random: np.random.Generator) -> floa
 def meet_freely(phases: Sequence[Phase]) -> bool:
     """Whether a phase begins at a free time after another one."""
     return any(isinstance(phase.start, Between) for phase in phases[1:])
-
-
-def shifted_times(phases: Sequence[Phase], times: Mapping[str, Ends]) -> list[dict[str, Ends]]:
-    """Times at which every other phase is shorter and those between are longer, and the opposite.
-
-    Empty where no phases meet at a free time.
-    """
-    if not meet_freely(phases):
-        return []
-    pieces = np.diff(knots_of(times))
-    # what has no length takes no turn
-    signs = (-1.0) ** np.cumsum(pieces > _LONG * pieces.sum())
-    ends = float(knots_of(times)[0]), float(knots_of(times)[-1])
-    return [_moved(phases, times, ends, _SHIFT ** (sign * signs)) for sign in (1.0, -1.0)]
 
 
 def _moved(

@@ -20,8 +20,6 @@ from ocp.errors import (
 )
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import RUNAWAY, collapsed
-from ocp.nlp.flat_rows import flat_rows, remedy_for_flat_rows
-from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.nlp.result import NlpResult
 from ocp.problem.display import with_unit
 from ocp.problem.integrator_chains import in_equation
@@ -172,9 +170,7 @@ class _FailedSolve:
     @property
     def remedies(self) -> str:
         """What makes a statement hard to solve, and what to do; ends with "or", or is empty."""
-        result, constants = self.result, self.parameters.vector
-        flat = flat_rows(self.transcription, result.x, result.rows, self.limits, constants)
-        return remedy_for_flat_rows(flat) + remedy_for_bends(self.problem)
+        return remedy_for_kinks(self.problem)
 
     def invalid_number(self) -> InvalidNumber:
         """A value or a derivative is NaN or infinite."""
@@ -242,16 +238,14 @@ class _FailedSolve:
         )
 
 
-def remedy_for_bends(problem: Problem) -> str:
-    """What steps or bends where no mesh follows, or else has kinks; ends with "or", or is empty."""
-    return remedy_for_known_times(problem) or _remedy_for_kinks(problem)
+def remedy_for_kinks(problem: Problem) -> str:
+    """What jumps or has kinks, which a solver of smooth problems may not get past, and what to do.
 
-
-def _remedy_for_kinks(problem: Problem) -> str:
-    """What has kinks, which a solver of smooth problems may not get past, and what to do.
-
-    Ends with "or", as other remedies follow. Empty if nothing has kinks.
+    Ends with "or", as other remedies follow. Empty if nothing does.
     """
+    for found in problem.discontinuities:
+        if found.moves:
+            return f"{found.sentence}; or "
     for what, operations in kinks_of(problem):
         return (
             f"{what} has a kink, by {' and '.join(operations)}: {_as_integral(problem, what)}state "

@@ -23,10 +23,6 @@ _OF_ONE = {"fabs", "sign"}
 _OF_TWO = {"fmin", "fmax", "lt", "le"}
 _ALL = _OF_ONE | _OF_TWO
 
-# operations whose results are truth values, and what makes others of them
-_COMPARISONS = {"lt", "le"}
-_OF_TRUTHS = {"not", "and", "or"}
-
 _Key = tuple[int, ...]
 
 
@@ -95,35 +91,6 @@ class KinkSurfaces:
         }
         return graph.rebuilt(symbols, instead)
 
-    def rounded(self, expressions: Sequence[ca.SX], widths: ca.SX) -> list[ca.SX]:
-        """Scalar expressions that are smooth where these surfaces make kinks.
-
-        A modulus becomes ``sqrt(x^2 + w^2)``, and the lesser and the larger of two likewise. A
-        comparison becomes a number that goes over from 0 to 1, and what it chose between is mixed.
-        Far beyond the width w of a surface, expressions are next to what they were.
-
-        Parameters
-        ----------
-        widths : SX (k,)
-            Of each surface, in its unit. Positive.
-        """
-        symbols = ca.symvar(ca.vertcat(*expressions, widths, ca.SX(0, 1)))
-        graph = graph_of(expressions, symbols)
-        number = {key: i for i, key in enumerate(self.keys)}
-        kinked = _places_of_kinks(graph, symbols)
-        instead, mixed = dict[int, Replacement](), set[int]()
-        for place, instruction in enumerate(graph.instructions):
-            name, operands = instruction.operation, instruction.operands
-            if kinked.get(place) in number:
-                instead[place] = _rounded(name, widths[number[kinked[place]]])
-                mixed |= {place} if name in _COMPARISONS else set()
-            elif name in _OF_TRUTHS and not mixed.isdisjoint(operands):
-                instead[place] = _of_shares(name)
-                mixed.add(place)
-            elif name == "if_else_zero" and operands[0] in mixed:
-                instead[place] = _of_shares(name)
-        return graph.rebuilt(symbols, instead)
-
 
 def _places_of_kinks(graph: ExpressionGraph, symbols: Sequence[ca.SX]) -> dict[int, _Key]:
     """Places of the instructions that may make a kink, and what tells their surfaces apart."""
@@ -165,44 +132,5 @@ def _with_side(name: str, side: ca.SX) -> Replacement:
             case _:
                 found, given = first <= second, side < 0
         return ca.if_else(side == 0, found, given)
-
-    return replaced
-
-
-def _rounded(name: str, width: ca.SX) -> Replacement:
-    """An operation that is smooth within about a width of its surface."""
-
-    def distance(surface: ca.SX) -> ca.SX:
-        return ca.sqrt(surface**2 + width**2)
-
-    def replaced(operands: list[ca.SX]) -> ca.SX:
-        first, second = operands[0], operands[-1]
-        match name:
-            case "fabs":
-                return distance(first)
-            case "sign":
-                return first / distance(first)
-            case "fmin":
-                return 0.5 * (first + second - distance(first - second))
-            case "fmax":
-                return 0.5 * (first + second + distance(first - second))
-            case _:
-                return 0.5 * (1.0 + (second - first) / distance(second - first))
-
-    return replaced
-
-
-def _of_shares(name: str) -> Replacement:
-    """What is made of truth values, for numbers between 0 and 1 in their place."""
-
-    def replaced(operands: list[ca.SX]) -> ca.SX:
-        first, second = operands[0], operands[-1]
-        match name:
-            case "not":
-                return 1.0 - first
-            case "or":
-                return first + second - first * second
-            case _:
-                return first * second
 
     return replaced

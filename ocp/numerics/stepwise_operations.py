@@ -1,15 +1,13 @@
 """Operations of expressions whose results are constant piece by piece: comparisons, signs, floors.
 
-Where such a result changes, the expressions may step.  The derivative of the result is zero on both
-sides, so nothing that is built on derivatives sees the step.  A remainder has a quotient of the
+Where such a result changes, the expressions may jump.  The derivative of the result is zero on both
+sides, so nothing that is built on derivatives sees the jump.  A remainder has a quotient of the
 kind: ``fmod(a, b) = a - n b`` with a whole number n.  ``copysign`` has the sign of its second
-argument, and ``atan2`` steps by a turn where its first one changes sign while the second one is
-negative.
+argument.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,8 +17,7 @@ from ocp.numerics.expression_graph import ExpressionGraph, Replacement, graph_of
 
 _STEPWISE = {"lt", "le", "eq", "ne", "sign", "floor", "ceil"}
 _REMAINDERS = {"fmod", "remainder"}
-_SIGNED = {"copysign", "atan2"}
-_ALL = _STEPWISE | _REMAINDERS | _SIGNED
+_ALL = _STEPWISE | _REMAINDERS | {"copysign"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,8 +91,6 @@ def _result(operation: str, values: Sequence[ca.SX]) -> ca.SX:
         return ca.floor((operands[0] - found) / operands[1] + 0.5)
     if operation == "copysign":
         return ca.sign(operands[1])
-    if operation == "atan2":
-        return ca.if_else(operands[1] < 0, ca.sign(operands[0]), 0)
     return found
 
 
@@ -105,11 +100,4 @@ def _with_held(name: str, held: ca.SX) -> Replacement:
         return lambda operands: operands[0] - held * operands[1]
     if name == "copysign":
         return lambda operands: held * ca.fabs(operands[0])
-    if name == "atan2":
-        # half a turn from the opposite direction, where the angle does not step
-        return lambda operands: ca.if_else(
-            held == 0,
-            ca.atan2(*operands),
-            held * math.pi + ca.atan2(-operands[0], -operands[1]),
-        )
     return lambda _: held

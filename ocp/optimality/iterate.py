@@ -151,7 +151,6 @@ class Iterate:
 
 def iterate_of(transcription: Transcription, result: NlpResult, trajectory: Trajectory) -> Iterate:
     """What a solver found for a transcribed problem, with the trajectory of its unknowns."""
-    transcription = transcription.of_motion(trajectory)
     problem, scales = transcription.problem, transcription.scales
     return Iterate(
         problem=problem,

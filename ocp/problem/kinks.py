@@ -9,7 +9,7 @@ import casadi as ca
 
 from ocp.numerics.kinks import KinkSurfaces, kinked_operations
 from ocp.problem.functionals import Integral, functional_text
-from ocp.problem.problem import Problem, expressions_over
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Signal, State, is_number
 
 # Of expressions that are held against each other: that of a negative signal
@@ -73,20 +73,6 @@ def crossable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
             and not _keeps_sign(g, signals)
             for g in surfaces.values
         ]
-    )
-
-
-@lru_cache(maxsize=256)
-def roundable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
-    """Kinks of the dynamics, bounds and functionals of a phase that its signals make.
-
-    Those of time alone are at known instants, which have breakpoints of the mesh.
-    """
-    surfaces = KinkSurfaces.of(expressions_over(problem.phase(phase), problem.functionals))
-    signals = problem.signals[phase]
-    symbols = ca.vertcat(*[signal.symbol for signal in signals])
-    return surfaces.only(
-        [ca.depends_on(g, symbols) and not _keeps_sign(g, signals) for g in surfaces.values]
     )
 
 

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, TypeVar
 
 import casadi as ca
 
-from ocp.errors import StatementError
+from ocp.errors import StatementError, StatementWarning
 from ocp.keywords import checked_keywords
 from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound, checked_bounds
+from ocp.problem.discontinuities import Discontinuity, discontinuities
 from ocp.problem.functionals import (
     AnyFunctional,
     Functional,
     Integral,
     Peak,
     PointValue,
+    functional_text,
     pieces_over,
 )
 from ocp.problem.instants import stepping_times
@@ -44,6 +48,10 @@ Kind = TypeVar("Kind", bound=Symbol)
 _FORMER = {
     "raise_kinks": "write it where the problem is solved: Settings(reformulations=()) for False"
 }
+
+# Calls between the line that states a problem and the warning of it
+_STATED = 4
+
 _ELSEWHERE = {
     **dict.fromkeys(("objective", "cost"), "write minimise=... or maximise=..."),
     **dict.fromkeys(("phase",), "write phases=..."),
@@ -144,6 +152,50 @@ class Problem:
         for name, value in self._derived().items():
             object.__setattr__(self, name, value)
         check_problem(self)
+        self._warn_of_jumps()
+
+    @cached_property
+    def discontinuities(self) -> tuple[Discontinuity, ...]:
+        """Jumps of the statement's expressions, see `ocp.problem.discontinuities`."""
+        found = list(discontinuities("", self._of_numbers()))
+        for phase in self.phases:
+            start, end = phase.start, phase.end
+            span = (
+                start.lower if isinstance(start, Between) else float(start),
+                end.upper if isinstance(end, Between) else float(end),
+            )
+            free = not phase.has_fixed_times
+            found += discontinuities(phase.name, self._along(phase), span, free_times=free)
+        return tuple(found)
+
+    @property
+    def is_discontinuous(self) -> bool:
+        """Whether an expression jumps at a place that depends on the motion."""
+        return any(found.moves for found in self.discontinuities)
+
+    def _of_numbers(self) -> Iterator[tuple[str, ca.SX]]:
+        """Expressions of numbers of the whole motion, with what they are."""
+        yield "the objective", self.objective
+        for bound in self.boundary_constraints:
+            yield f"the bound '{bound.name}'", bound.expression
+
+    def _along(self, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
+        """Expressions along a phase, with what they are."""
+        for state, rate in phase.dynamics.items():
+            yield f"the rate of '{state.name}'", rate
+        for bound in phase.bounds:
+            yield f"the bound '{bound.name}'", bound.expression
+        for functional in self.functionals:
+            for name, piece in functional.pieces:
+                if name == phase.name:
+                    yield f"the {functional_text(functional)}", piece
+
+    def _warn_of_jumps(self) -> None:
+        """A warning for each expression that jumps at a place that depends on the motion."""
+        moving = [found for found in self.discontinuities if found.moves]
+        for found in {(each.phase, each.what): each for each in reversed(moving)}.values():
+            told = f"'{self.name}': {found.sentence}"
+            warnings.warn(told, StatementWarning, stacklevel=_STATED)
 
     def _derived(self) -> dict[str, Any]:
         """The derived fields, by name."""
@@ -267,12 +319,10 @@ def expressions_over(phase: Phase, functionals: Iterable[Functional]) -> list[ca
 
 
 def _steps(phase: Phase, functionals: Iterable[Functional]) -> tuple[float, ...]:
-    """Times at which the expressions of a phase step or bend.
-
-    They are inside the phase where its times are fixed, and may be so where one is free.
-    """
-    start = phase.start.lower if isinstance(phase.start, Between) else float(phase.start)
-    end = phase.end.upper if isinstance(phase.end, Between) else float(phase.end)
+    """Times inside a phase at which its expressions step or bend; none where its times are free."""
+    if isinstance(phase.start, Between) or isinstance(phase.end, Between):
+        return ()
+    start, end = float(phase.start), float(phase.end)
     times = {*phase.breakpoints, *stepping_times(expressions_over(phase, functionals), start, end)}
     return tuple(sorted(time for time in times if start < time < end))
 

@@ -72,6 +72,12 @@ def _check_times(phase: Phase) -> None:
                 f"the {what} of phase '{phase.name}' is {value!r}; give a finite number of "
                 "seconds or Between(lower, upper)"
             )
+    if phase.breakpoints and not phase.has_fixed_times:
+        raise StatementError(
+            f"phase '{phase.name}' has a free time and breakpoints at known ones; state two phases "
+            f"that meet at {phase.breakpoints[0]:.6g} s, linked by joined(first, second), of which "
+            "the later one may take no time"
+        )
     first = phase.start.lower if isinstance(phase.start, Between) else phase.start
     last = phase.end.upper if isinstance(phase.end, Between) else phase.end
     if not last > first:

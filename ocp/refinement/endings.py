@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Literal
 
 from ocp.errors import Collapsed, NumericalTrouble, Unbounded
 from ocp.problem.display import with_unit
@@ -12,12 +11,16 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.growth import growth
 from ocp.refinement.impulses import impulse
-from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.solved_mesh import OVERPROMISE, VERIFIABLE_SLACK, SolvedMesh, is_refuted
+from ocp.refinement.planning import History, Step
+from ocp.refinement.solved_mesh import (
+    OVERPROMISE,
+    VERIFIABLE_SLACK,
+    Ending,
+    SolvedMesh,
+    is_refuted,
+)
 from ocp.refinement.unwrapping import lost_angle
-
-Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
 
 # Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too, and
 # after which a motion that has shrunk to next to no time will not grow.
@@ -113,29 +116,15 @@ def _check_growth(solved: Sequence[SolvedMesh]) -> None:
 
 
 def ending_of(
-    meshes: MeshSolver,
-    solved: Sequence[SolvedMesh],
-    rounds: Sequence[MeshIteration],
-    accuracy: Accuracy,
-    *,
-    over: bool,
-    again: bool,
-    closes_leaks: bool,
-    examining: float,
+    meshes: MeshSolver, history: History, step: Step, accuracy: Accuracy
 ) -> Ending | None:
     """What ends a refinement that has a next mesh, if anything does.
 
     Parameters
     ----------
-    over : bool
-        Whether the policy allows no further mesh.
-    again : bool
-        Whether the next mesh is the last one, to be solved to the tolerance asked for.
-    closes_leaks : bool
-        Whether the next mesh only imposes limits at more points.
-    examining : float
-        What it took to look at the last mesh between its points [s]. There is no time for a further
-        one unless that is left.
+    step : Step
+        To the next mesh. There is no time for it unless what it took to look at the last one is
+        left.
 
     Raises
     ------
@@ -147,15 +136,16 @@ def ending_of(
     Unbounded
         A state without a limit grows from mesh to mesh.
     """
+    solved = history.solved
     _check_angles(solved)
     _check_duration(solved)
     _check_impulses(solved)
     _check_growth(solved)
-    if over and not again:
+    if step.over and not step.again:
         return "rounds"
-    if meshes.spent(rounds, examining):
+    if meshes.spent(history.rounds, step.examining):
         return "budget"
-    if again or not stands_still(solved, accuracy, closes_leaks=closes_leaks):
+    if step.again or not stands_still(solved, accuracy, closes_leaks=step.closes_leaks):
         return None
     return "standstill"
 

@@ -10,7 +10,6 @@ from functools import cached_property
 from ocp.arrays import Array
 from ocp.later import later
 from ocp.mesh.initial_guess import initial_guess
-from ocp.mesh.known_times import times_of
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
@@ -107,10 +106,7 @@ class MeshSolver:
 
         if not isinstance(start, Iterate):
             scales, settings = self._scales_of(start), self.settings
-            times = None if start is None else times_of(start)
-            return transcribe(
-                self.problem, mesh, settings.scheme, settings.controls, scales, times=times
-            )
+            return transcribe(self.problem, mesh, settings.scheme, settings.controls, scales)
 
         if mesh is start.mesh:
             return start.transcription
@@ -121,29 +117,6 @@ class MeshSolver:
             start.controls,
             start.scales,
             start.transcription,
-            times_of(start.trajectory),
-        )
-
-    def first_program_like(self, program: Transcription, x: Array, mesh: Mesh) -> Transcription:
-        """The program of another first mesh, on the side of the known times that one is on.
-
-        Parameters
-        ----------
-        program, x
-            The program, and a point of it.
-        """
-        motion = trajectory_of(program, x, self.parameters)
-        backwards = any(phase.end <= phase.start for phase in motion.phases)
-        if backwards or not program.mesh.keeps_sides:
-            return self.first_program(None, mesh)
-        return transcribe(
-            self.problem,
-            mesh,
-            program.scheme,
-            program.controls,
-            program.scales,
-            program,
-            times_of(motion),
         )
 
     def _scales_of(self, start: Trajectory | None) -> Scales:
@@ -178,7 +151,6 @@ class MeshSolver:
             last.controls,
             scales,
             last.transcription,
-            times_of(last.trajectory),
         )
 
     def scales_after(self, last: Iterate) -> Scales:

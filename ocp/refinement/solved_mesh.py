@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from ocp.later import lazy_fields
 from ocp.optimality.iterate import Iterate
@@ -25,6 +26,10 @@ OVERPROMISE = 10.0
 # over so many meshes at least: one may have been finer at the wrong place.
 _WORTH_LITTLE = 0.25
 _TWICE = 2
+
+
+Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
+"""Why a refinement ends."""
 
 
 @lazy_fields("errors")

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from ocp.errors import BudgetSpent, Interrupted
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import failure
-from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.nlp.result import NlpResult
 from ocp.problem.problem import Problem
 from ocp.refinement.accuracy import Accuracy
@@ -65,7 +64,7 @@ def budget_spent(
     return BudgetSpent(
         f"the budget of {meshes.budget} for '{meshes.problem.name}' ended in mesh iteration "
         f"{len(rounds)} after {iterations_of(rounds)} iterations: {state}; "
-        f"{remedy_for_known_times(meshes.problem)}raise the budget, loosen the tolerances or "
+        "raise the budget, loosen the tolerances or "
         "give a better guess",
         last,
         None if finished is None else finished.iterate.trajectory,

@@ -7,6 +7,7 @@ collocation.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -15,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ocp.errors import StatementError
+from ocp.errors import StatementError, StatementWarning
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, SignalGroup, SignalKind, Trajectory
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
@@ -176,7 +177,10 @@ def reformulated(problem: Problem, reformulations: tuple[Reformulation, ...]) ->
     """
     form = Form(problem, problem, passes=tuple(map(repr, reformulations)))
     for each in reformulations:
-        restated = each.apply(form.problem)
+        with warnings.catch_warnings():
+            # the statement has been warned of
+            warnings.simplefilter("ignore", StatementWarning)
+            restated = each.apply(form.problem)
         if restated is not None:
             form = form.then(restated)
             _check_way_back(form, each)

@@ -175,7 +175,7 @@ class PhaseBlocks:
             rows = taken[:, n_x + n]
             self._add(PathRows(self.index, number, rows, intervals, tau, quadrature), own)
 
-        key = (rule.degree, group.moving, columns.has_known_times)
+        key = (rule.degree, group.moving)
         name = f"{phase.name}: collocation"
         return _block(context, builder, name, key, build, np.hstack([taken, totals]))
 
@@ -261,7 +261,7 @@ class PhaseBlocks:
         builder = KernelBuilder(moving.size)
         ids = np.stack([columns.moved[moving], columns.moved[moving + 1]], axis=1)
         sides = builder.variables(ids, [1.0, 1.0])
-        width = builder.data(np.diff(columns.mesh.positions)[moving][:, None])
+        width = builder.data(np.diff(columns.mesh.breakpoints)[moving][:, None])
 
         rows = self.rows.limits.take(moving.size, [(_SHORTEST, columns.mesh.longest, 1.0)])
         own.breakpoints = rows.ravel()
@@ -312,7 +312,7 @@ class PhaseBlocks:
         rows = self.rows.limits.take(builder.instances, limits)
         no_weights = np.full(intervals.size, np.nan)
         self._add(PathRows(self.index, number, rows[:, 0], intervals, tau, no_weights), own)
-        key = (number, group.collocation.degree, group.moving, columns.has_known_times)
+        key = (number, group.collocation.degree, group.moving)
         name = f"{self.name}: {constraint.name}"
         return _block(context, builder, name, key, build, rows)
 
@@ -391,13 +391,12 @@ def _boundary_block(context: KernelContext, rows: Rows) -> Block:
     return _block(context, builder, "boundary", key, build, taken)
 
 
-def _kind_of_values(columns: PhaseColumns, problem: Problem) -> tuple[tuple[int, bool, bool], ...]:
-    """Degree, mobility and clock of the intervals at whose ends a value may be taken."""
+def _kind_of_values(columns: PhaseColumns, problem: Problem) -> tuple[tuple[int, bool], ...]:
+    """Degree and mobility of the intervals at whose ends a value may be taken."""
     mesh, phase = columns.mesh, columns.phase.name
     functionals = [f for f in problem.functionals if f.phase == phase]
     intervals = [_interval_before(_node(columns, f)) for f in functionals]
-    clock = columns.has_known_times
-    return tuple((int(mesh.degrees[k]), bool(mesh.moving[k]), clock) for k in intervals)
+    return tuple((int(mesh.degrees[k]), bool(mesh.moving[k])) for k in intervals)
 
 
 def _interval_before(node: int) -> int:

@@ -17,7 +17,6 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
-from ocp.mesh.known_times import LEAST_STRETCH, known_limits
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.numerics.schemes import Scheme
 from ocp.problem.functionals import Integral, Peak
@@ -31,13 +30,6 @@ from ocp.transcription.interval_groups import ControlSet, IntervalGroup, Interva
 from ocp.transcription.rows import Limits
 
 _ORDERS = {"constant": 0, "linear": 1, "polynomial": None}
-
-# Of the time between two known ones: what a free time keeps from one of them at most
-_LEAST_OF_GAP = 0.1
-
-# Of a known time, or of the typical duration: what a free time keeps from it. IPOPT moves limits by
-# 2e-12 of their size where it is next to them, and behind a known time all is other.
-_ASIDE = 1e-10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,8 +56,6 @@ class PhaseColumns:
         Their number N.
     fixed_times : (2,)
         Initial and final time where they are fixed [s], nan where they are not.
-    has_known_times : bool
-        Whether the phase has free times between known ones, see `PhaseMesh.between`.
     controls, signals : tuple of Control, of Signal
         In the order of a trajectory.
     coefficients : tuple of (Signal, (m,), (m, count))
@@ -87,7 +77,6 @@ class PhaseColumns:
     stop: int
     intervals: int = field(init=False)
     fixed_times: tuple[float, float] = field(init=False)
-    has_known_times: bool = field(init=False)
     controls: tuple[Control, ...] = field(init=False)
     signals: tuple[Signal, ...] = field(init=False)
     coefficients: tuple[tuple[Signal, Integers, Integers], ...] = field(init=False)
@@ -100,7 +89,6 @@ class PhaseColumns:
         controls = tuple(c for members in self.control_sets for c in members.controls)
         object.__setattr__(self, "intervals", self.mesh.intervals)
         object.__setattr__(self, "fixed_times", (times[0], times[1]))
-        object.__setattr__(self, "has_known_times", self.mesh.between is not None)
         object.__setattr__(self, "controls", controls)
         object.__setattr__(self, "signals", (*self.states, *controls, *self.algebraics))
 
@@ -113,7 +101,7 @@ class PhaseColumns:
                 coefficients.append((algebraic, group.intervals, group.algebraics[:, :, j]))
         object.__setattr__(self, "coefficients", tuple(coefficients))
 
-    def stated_times(self) -> Iterator[tuple[str, float, float, Integers, Integers]]:
+    def stated_times(self) -> Iterator[tuple[str, float, float, Integers]]:
         """The times of a phase of which one is free.
 
         Yields
@@ -122,23 +110,14 @@ class PhaseColumns:
             "start" or "end".
         lower, upper : float
             Its stated limits [s].
-        at_lower, at_upper : (1,) or (0,)
-            The column that each of these holds, none where a known time is the narrower limit.
+        column : (1,)
         """
         if self.ends is None:
             return
-        known, none = known_limits(self.mesh, self.phase), np.empty(0, dtype=np.int64)
         for node, end in enumerate(("start", "end")):
             time = self.phase.start if node == 0 else self.phase.end
             lower, upper = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
-            column, (before, behind) = self.ends[[node]], known[node]
-            yield (
-                end,
-                lower,
-                upper,
-                none if before > lower else column,
-                none if behind < upper else column,
-            )
+            yield end, lower, upper, self.ends[[node]]
 
     def group_of(self, interval: int) -> IntervalGroup:
         """The group that an interval belongs to."""
@@ -283,31 +262,11 @@ class _Filled:
             for column, time in zip(columns.ends, (phase.start, phase.end), strict=True):
                 pair = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
                 self.put(column, *pair, scales.time)
-            self._between_known_times(columns, scales)
 
         for i in np.flatnonzero(columns.moved >= 0):
-            here = float(columns.mesh.positions[i])
-            low, high = (here, here)
-            if i in columns.mesh.movable:
-                low = float(columns.mesh.stretches[i])
-                high = low + 1.0
+            here = float(columns.mesh.breakpoints[i])
+            low, high = (0.0, 1.0) if i in columns.mesh.movable else (here, here)
             self.put(columns.moved[i], low, high, 1.0)
-
-    def _between_known_times(self, columns: PhaseColumns, scales: Scales) -> None:
-        """Free times of a phase that stay between the same known times."""
-        if columns.ends is None or columns.mesh.between is None:
-            return
-        (earliest, first), (last, latest) = known_limits(columns.mesh, columns.phase)
-        before, behind = (
-            min(LEAST_STRETCH * scales.time, _LEAST_OF_GAP * (high - low))
-            for low, high in ((earliest, first), (last, latest))
-        )
-        if math.isfinite(earliest):
-            earliest += _ASIDE * max(abs(earliest), scales.time)
-        if math.isfinite(latest):
-            latest -= _ASIDE * max(abs(latest), scales.time)
-        self.limits.narrow(columns.ends[0], earliest, first - before, scales.time)
-        self.limits.narrow(columns.ends[1], last + behind, latest, scales.time)
 
 
 def _control_sets(

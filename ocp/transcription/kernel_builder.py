@@ -6,7 +6,6 @@ A kernel is written once for all intervals of a group. Its local variables and i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.numerics.piecewise_polynomial import bernstein, elevation, lagrange
-from ocp.problem.instants import BESIDE, within
+from ocp.problem.instants import within
 from ocp.problem.kinks import crossable_kinks
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
@@ -340,9 +339,6 @@ def _clock(
         d = builder.data(np.stack([t, h], axis=1))
         return d[0], d[1]
 
-    if columns.has_known_times:
-        return _clock_between_known_times(context, columns, builder, group, intervals, tau)
-
     # where in the phase, as fractions of it
     if group.moving:
         place, length = _moving_interval(columns, builder, intervals)
@@ -371,46 +367,3 @@ def _moving_interval(
     ids = np.stack([columns.moved[intervals], columns.moved[intervals + 1]], axis=1)
     sides = builder.variables(ids, [1.0, 1.0])
     return sides[0], sides[1] - sides[0]
-
-
-def _clock_between_known_times(
-    context: KernelContext,
-    columns: PhaseColumns,
-    builder: KernelBuilder,
-    group: IntervalGroup,
-    intervals: Integers,
-    tau: Array,
-) -> tuple[Any, Any]:
-    """Time and interval length where each stretch of the phase begins or ends at a known time.
-
-    The first stretch begins with the phase, and the last one ends with it.
-    """
-    assert columns.ends is not None
-    mesh = columns.mesh
-    stretches, last = mesh.stretches[intervals], len(mesh.known)
-    left, right = (mesh.positions[intervals + side] - stretches for side in (0, 1))
-
-    # beginning and end of the stretch: an end of the phase, or else a known time
-    times = np.array(mesh.times)
-    of_phase = np.stack([stretches == 0, stretches == last], axis=1)
-    begin, end = np.zeros(intervals.size), np.zeros(intervals.size)
-    begin[~of_phase[:, 0]] = times[stretches[~of_phase[:, 0]] - 1]
-    end[~of_phase[:, 1]] = times[stretches[~of_phase[:, 1]]]
-    ends = builder.variables(columns.ends[None, :], [context.scales.time] * 2)
-    d = builder.data(np.column_stack([of_phase, begin, end]))
-    first, second = d[0] * ends[0] + d[2], d[1] * ends[1] + d[3]
-
-    if group.moving:
-        place, length = _moving_interval(columns, builder, intervals)
-        part = place - builder.data(stretches[:, None].astype(float))
-        part += builder.data(tau[:, None]) * length
-    else:
-        parts = builder.data(np.stack([left + tau * (right - left), right - left], axis=1))
-        part, length = parts[0], parts[1]
-
-    # at a known time, by rounding on the side of the interval
-    at = left + tau * (right - left)
-    known = [abs(time) for time in (*mesh.times, *(mesh.between or ())) if math.isfinite(time)]
-    inner = within(at, np.zeros(at.size), np.ones(at.size)) - at
-    aside = builder.data((np.sign(inner) * BESIDE * max(known, default=0.0))[:, None])
-    return first + part * (second - first) + aside, length * (second - first)

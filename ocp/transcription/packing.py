@@ -41,7 +41,7 @@ def decision_vector(
     columns = transcription.columns
     x = np.zeros(columns.count)
     for phase in columns.phases:
-        _fill_phase(x, phase, guess, limits, columns.sizes)
+        _fill_phase(x, phase, guess)
     for unknown, column in zip(transcription.problem.unknowns, columns.unknowns, strict=True):
         x[column] = guess.unknowns[unknown.name]
     x /= columns.sizes
@@ -54,16 +54,10 @@ def decision_vector(
     return np.asarray(np.clip(x, lower, upper))
 
 
-def _fill_phase(
-    x: Array, columns: PhaseColumns, guess: InitialGuess, limits: ProgramLimits, sizes: Array
-) -> None:
+def _fill_phase(x: Array, columns: PhaseColumns, guess: InitialGuess) -> None:
     """Unscaled values of the unknowns of a phase."""
     own, mesh = guess.phases[columns.phase.name], columns.mesh
     start, end, points = own.start, own.end, mesh.breakpoints
-    if columns.ends is not None and mesh.between is not None:
-        lower, upper = (side[columns.ends] * sizes[columns.ends] for side in limits.columns)
-        start, end = np.clip([start, end], lower, upper).tolist()
-        points = mesh.fractions_at(start, end)
     for group in columns.groups:
         rule = group.collocation
         left = points[group.intervals, None]
@@ -94,7 +88,7 @@ def _fill_phase(
     if columns.ends is not None:
         x[columns.ends] = start, end
     here = columns.moved >= 0
-    x[columns.moved[here]] = mesh.positions[here]
+    x[columns.moved[here]] = mesh.breakpoints[here]
 
 
 def _fitted_at(order: int | None, points: Array) -> Array:
@@ -152,10 +146,10 @@ def _phase_trajectory(
     columns: PhaseColumns, values: Array, transcription: Transcription
 ) -> PhaseTrajectory:
     mesh = columns.mesh
-    positions, here = mesh.positions.copy(), columns.moved >= 0
-    positions[here] = values[columns.moved[here]]
+    fractions, here = mesh.breakpoints.copy(), columns.moved >= 0
+    fractions[here] = values[columns.moved[here]]
     begin, end = columns.fixed_times if columns.ends is None else values[columns.ends]
-    breakpoints = mesh.times_at(positions, float(begin), float(end))
+    breakpoints = begin + fractions * (end - begin)
 
     def polynomial(tables: Sequence[tuple[Integers, Basis, Integers]]) -> PiecewisePolynomial:
         pieces = _pieces([(k, basis, values[ids]) for k, basis, ids in tables])

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.known_times import of_motion, with_known_times
+from ocp.mesh.known_times import with_known_times
 from ocp.mesh.mesh import Mesh
-from ocp.mesh.phase_times import Ends
-from ocp.mesh.trajectory import Trajectory
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
@@ -98,18 +95,6 @@ class Transcription:
         """Limits of unknowns and rows."""
         return ProgramLimits(self.columns.limits.at(parameters), self.rows.limits.at(parameters))
 
-    def of_motion(self, motion: Trajectory) -> Transcription:
-        """The same program, its mesh stated as fractions of the phases of a motion found by it.
-
-        Breakpoints at known times are elsewhere in a phase that begins or ends elsewhere.
-        """
-        mesh = of_motion(self.mesh, motion)
-        if mesh is self.mesh:
-            return self
-        pairs = zip(self.columns.phases, mesh.phases, strict=True)
-        phases = tuple(replace(columns, mesh=own) for columns, own in pairs)
-        return replace(self, mesh=mesh, columns=replace(self.columns, phases=phases))
-
 
 def transcribe(
     problem: Problem,
@@ -118,7 +103,6 @@ def transcribe(
     controls: Piecewise,
     scales: Scales,
     known: Transcription | None = None,
-    times: Mapping[str, Ends] | None = None,
 ) -> Transcription:
     """Build the nonlinear program of a problem on a mesh.
 
@@ -127,16 +111,13 @@ def transcribe(
     controls : shape of controls that do not state their own.
     known : a transcription on another mesh, whose kernels are used again where problem, scheme,
         controls and scales are the same.
-    times : mapping of str to (float, float), optional
-        Where each phase begins and ends in the motion that the mesh is made for [s], see
-        `ocp.mesh.known_times.with_known_times`.
 
     Raises
     ------
     StatementError
         When the statement cannot be transcribed.
     """
-    mesh = with_known_times(problem, mesh, times, None if known is None else known.mesh)
+    mesh = with_known_times(problem, mesh)
     columns = columns_of(problem, mesh, scheme, controls, scales)
 
     kernels = {} if known is None else _usable_kernels(known, problem, scheme, controls, scales)

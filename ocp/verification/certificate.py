@@ -22,8 +22,7 @@ from ocp.optimality.multipliers import Multipliers, all_multipliers
 from ocp.reformulate.form import Form
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.finer_mesh import finer_mesh_conditions
-from ocp.verification.known_times import known_time_conditions
-from ocp.verification.motion_conditions import motion_conditions, step_conditions
+from ocp.verification.motion_conditions import motion_conditions
 from ocp.verification.optimality_conditions import optimality_conditions
 from ocp.verification.program_conditions import (
     curvature_condition,
@@ -155,8 +154,6 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
         curvature_condition(evidence, allowed),
         *optimality_conditions(evidence, allowed),
         *finer_mesh_conditions(evidence, allowed),
-        *known_time_conditions(evidence, allowed),
-        *step_conditions(evidence, allowed),
         *peak_conditions(evidence, allowed),
     )
     return Certificate(iterate.problem.name, solution.objective, solution.verdict, checks)

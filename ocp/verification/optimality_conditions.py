@@ -16,7 +16,6 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier
 from ocp.problem.functionals import BoundaryValue, End, PhaseTime
 from ocp.problem.symbols import TIME, Between
-from ocp.refinement.better_motions.held_crossings import held_crossing
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.refinement.other_controls.promise import other_controls, others_remark, promised_by
@@ -46,16 +45,6 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
                 allowed.gain,
                 "what moving breakpoints promises to gain by its changes, to first order, relative "
                 "to the objective",
-            )
-        if promised := held_crossing(iterate, evidence.evaluator, index):
-            yield Condition(
-                f"crossings of kinks in '{principle.name}'",
-                promised,
-                allowed.crossings,
-                "what moving one by 1 % of the phase promises to gain, relative to the objective, "
-                "by the Hamiltonian's means before and after it: if it is more than allowed, a "
-                "breakpoint may hold the crossing at a wrong time; solve again with another number "
-                "of intervals, and compare",
             )
 
     # other schemes have multipliers that meet the principle on any mesh, see `finer_mesh`

@@ -7,7 +7,6 @@ multipliers of a peak's rows make up its weight (`peak_conditions`), and the one
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import casadi as ca
@@ -15,17 +14,12 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import Unbounded
-from ocp.nlp.solver import StartingPoint
 from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
-from ocp.refinement.better_motions.saddles import lower_motion, stationary_point
-from ocp.refinement.mesh_iteration import MeshIteration
-from ocp.refinement.mesh_solver import MeshSolver
-from ocp.settings import Settings
+from ocp.refinement.saddles import lower_beside
 from ocp.verification.conditions import Condition, Evidence
-from ocp.verification.far_origins import far_origins
 from ocp.verification.tolerances import Tolerances
 
 # Part of its terms that is left of a sum where they cancel, from rounding alone. Where two limits
@@ -78,17 +72,6 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
         allowed.complementary,
         "the largest product of an inequality's multiplier and the distance to its limit",
     )
-    # the size of the objective follows the origin, and its value the displacement
-    if any(far_origins(iterate, evidence.evaluator)):
-        value = max(abs(iterate.objective), _LEAST_SIZE)
-        yield Condition(
-            "complementarity beside a far origin",
-            float(products.max(initial=0.0)) * iterate.scales.objective / value,
-            allowed.objective,
-            "the same product as a part of the objective's value: a state moves by a small part of "
-            "its own value, and a limit that it keeps away from costs this part; measure it from a "
-            "nearer origin",
-        )
     # stationarity says nothing of what is shown unless it is the same
     yield Condition(
         "costates",
@@ -178,30 +161,13 @@ def peak_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Conditi
 def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
     """The second-order condition of the nonlinear program: the answer is no saddle."""
     iterate = evidence.iterate
-    meshes = MeshSolver.of(
-        iterate.problem, Settings(), iterate.parameters, evaluator=evidence.evaluator
-    )
-    program, point, lower = iterate.transcription, StartingPoint.at(iterate), None
-    rounds: list[MeshIteration] = []
     gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
-
     try:
-        stationary = stationary_point(meshes, program, point)
-        if not stationary.is_minimum:
-            lower = lower_motion(meshes, iterate, stationary, rounds)
+        lower = lower_beside(iterate, evidence.evaluator)
     except Unbounded:
         gain, sentence = np.inf, "beside this motion the objective runs away"
     else:
-        # where runs came to an end and gained nothing, an inflection counts as a minimum
         if lower is not None:
             gain = abs(lower.objective - iterate.objective) / iterate.objective_size
             sentence = "a motion beside this one, on its mesh, is better by this part"
-        elif stationary.kind == "inflection" and all(
-            math.isnan(tried.objective) for tried in rounds
-        ):
-            gain = np.inf
-            sentence = (
-                "slope and curvature vanish, so that this may be no minimum, and no run of the "
-                "solver from beside it came to an end"
-            )
     return Condition("curvature", gain, allowed.gain, sentence)

@@ -13,6 +13,7 @@ import numpy as np
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.reformulate.form import Form
+from ocp.scaling.error_sizes import error_sizes
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 
 
@@ -44,7 +45,8 @@ class ReplayedAnswer:
     @classmethod
     def of(cls, form: Form, iterate: Iterate, evaluator: Evaluator) -> ReplayedAnswer:
         """Replay an iterate of a form, whose evaluator is given."""
-        motion, sizes = form.stated(iterate.trajectory), dict(iterate.scales.signals)
+        motion = form.stated(iterate.trajectory)
+        sizes = error_sizes(iterate.parameters, iterate.trajectory, iterate.scales.signals)
         if form.is_statement:
             simulated = simulate(form.problem, motion, sizes)
             again = replayed(motion, simulated)

@@ -17,7 +17,8 @@ class Tolerances:
     Attributes
     ----------
     replay : float
-        Missed end state of the replay: what a solve promises by default.
+        Missed end state of the replay, and what the dynamics are off by between the points: what a
+        solve promises by default.
     excess : float
         Excess of a path constraint or peak of the replay: ten times the default of a solve, because
         the replayed motion is off by a little, too.
@@ -55,11 +56,8 @@ class Tolerances:
         controls, by other breakpoints where a path constraint acts, or beside a saddle. It is ten
         times the default of a solve, because such a promise is of first order, and often ten times
         what is gained.
-    crossings : float
-        What moving the crossing of a raised kink by 1 % of its phase promises to gain, relative to
-        the objective. The gain itself is far less, as the promise falls to nothing on the way.
     steps : float
-        Step of a rate, integrand or constraint whose time depends on the motion, relative to its
+        Jump of a rate, integrand or constraint whose time depends on the motion, relative to its
         largest value: what is left where two branches are meant to be one function.
     peak : float
         Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
@@ -86,7 +84,6 @@ class Tolerances:
     changes: float = 0.5
     concave: float = 1e-6
     gain: float = CERTIFIED_GAIN
-    crossings: float = 2e-4
     steps: float = 1e-6
     peak: float = 1e-5
 

@@ -56,7 +56,6 @@ from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.scaling.far_sizes import near_limits
 from ocp.transcription.path_constraints import PathConstraint
-from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins
 from ocp.verification.replayed_answer import ReplayedAnswer
 
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
@@ -104,8 +103,6 @@ class Verification:
         Factor by which the motion amplifies errors.
     restarts : int
         How often the replay was set back to the solution because this factor is too large.
-    far_origins : tuple of FarOrigin
-        The states that move by a small part of their value.
     dynamics : float
         Largest error of the solution's dynamics between its points, relative.
     """
@@ -122,7 +119,6 @@ class Verification:
     margins: tuple[Margin, ...] = ()
     amplification: float = 1.0
     restarts: int = 0
-    far_origins: tuple[FarOrigin, ...] = ()
     dynamics: float = math.nan
 
     def __repr__(self) -> str:
@@ -177,7 +173,6 @@ def verify(
         margins=_margins(iterate, errors, evaluator),
         amplification=simulated.amplification,
         restarts=simulated.restarts,
-        far_origins=tuple(far_origins(iterate, evaluator)),
         dynamics=errors.worst_dynamics,
     )
     size = iterate.objective_size if iterate.costs_nothing else abs(iterate.objective)
@@ -189,8 +184,7 @@ def verify(
         worth=worth_of_excess(iterate, errors.excess),
         of_kinks=abs(objective - as_solved) / size,
     )
-    lost = [far.sentence for far in numbers.far_origins if not far.error <= WITHIN]
-    reasons = tuple(reason for reason in (*of_motion, *lost) if reason)
+    reasons = tuple(reason for reason in of_motion if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
 
 

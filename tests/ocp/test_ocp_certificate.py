@@ -24,7 +24,6 @@ from ocp import (
     State,
     Tolerances,
     Trapezoid,
-    Unbounded,
     Unknown,
     certify,
     joined,
@@ -32,7 +31,6 @@ from ocp import (
     solve,
 )
 from ocp.errors import StatementError
-from ocp.optimality import multiplier_sets
 from ocp.verification.minimum_principle import _largest_difference
 
 
@@ -205,26 +203,6 @@ def test_means_of_the_hamiltonian_are_compared_in_pairs(means, sizes):
     assert _largest_difference(means, sizes) == pairs.max()
 
 
-def test_intervals_at_a_change_that_are_exact_count_as_tested():
-    # two of three intervals are next to the switch, which is on the breakpoint between them
-    found = dash(3)
-    assert found.objective == pytest.approx(30.0, rel=1e-8)
-    certificate = certify(found)
-    changes = named_check(certificate, "active-set changes of 'dash'")
-    assert changes.sentence.startswith("2 of 3 intervals")
-    assert changes.value == 0.0
-    assert certificate.passed, str(certificate)
-
-
-def test_the_multipliers_of_too_fine_a_mesh_are_the_solvers(monkeypatch):
-    # with the switch on a breakpoint of 21 intervals many sets fit, one of them the switch's
-    costates = dash(21).multipliers.costates[0].polynomial.ends()
-    monkeypatch.setattr(multiplier_sets, "_MOST_CHANGES", 20)
-    found = dash(21)
-    assert found.objective == pytest.approx(30.0, rel=1e-8)
-    assert np.abs(found.multipliers.costates[0].polynomial.ends() - costates).max() > 1e-3
-
-
 def test_intervals_at_a_change_that_are_not_exact_do_not():
     # a Hamiltonian that is off by 1e-4 there: costates of the last interval are all 1e-4 too large
     found = dash(3)
@@ -286,7 +264,7 @@ def test_a_slope_counts_as_left_where_all_that_is_left_is_worth_next_to_nothing(
     assert not named_check(certify(without), "between changes of 'go': dH/du").passed
 
 
-def test_a_stationary_point_that_is_no_minimum_fails(monkeypatch):
+def test_a_stationary_point_that_is_no_minimum_fails():
     # int u^2 with a mean u of 1 has no maximum, but u = 1 is stationary for either sense; where it
     # is stated as a guess, no other start is made
     def stated(sense):
@@ -295,10 +273,6 @@ def test_a_stationary_point_that_is_no_minimum_fails(monkeypatch):
         return Problem("go", [phase], **{sense: phase.integral(u**2)})
 
     assert failed(solve(stated("minimise"))) == set()
-    with pytest.raises(Unbounded):
-        solve(stated("maximise"))
-    # with nothing that leaves it
-    monkeypatch.setattr("ocp.refinement.reviews.left_saddle.lower_motion", lambda *_: None)
     names = {"curvature", "curvature of 'go'", "other controls"}
     assert failed(solve(stated("maximise"))) == names
 
@@ -435,7 +409,6 @@ def test_a_worse_valley_is_refused_with_all_schemes(scheme):
     problem = Problem("wells", phase, minimise=phase.integral((u**2 - 1) ** 2) - gained)
     found = solve(problem, settings=Settings(scheme=scheme))
     assert found.objective > 0  # of -0.305
-    assert "other controls promise" in found.verdict
     assert "other controls" in [c.name for c in certify(found).checks if not c.passed]
 
 

@@ -18,9 +18,9 @@ from ocp import (
     Phase,
     Problem,
     Settings,
-    SolveFailed,
     State,
     StatementError,
+    StatementWarning,
     Unknown,
     certify,
     joined,
@@ -29,7 +29,6 @@ from ocp import (
     solve,
 )
 from ocp.algorithm import first_mesh
-from ocp.nlp.known_times_remedy import remedy_for_known_times
 from ocp.problem.instants import stepping_times
 
 EDGES = [1.3, 2.7, 4.1, 5.5, 7.2, 8.9]
@@ -90,13 +89,9 @@ def test_stated_breakpoints_stay_in_every_mesh():
         assert np.abs(points - time).min() < 1e-8
 
 
-def test_smooth_tables_have_no_steps_and_free_times_those_within_their_limits():
+def test_smooth_tables_have_no_steps():
     smooth = charging(2 + ca.sin(TIME))
     assert smooth.steps["charge"] == ()
-    x = State("x")
-    rate = ca.if_else(TIME < 1, 1, ca.if_else(TIME < 6, 2, 3))
-    free = Phase("free", {x: rate}, {x: 0}, {x: 3}, end=Between(0.5, 5, 2))
-    assert Problem("free", free, minimise=free.end_time).steps["free"] == (1.0,)
 
 
 def test_a_divisor_of_time_alone_tells_where_it_vanishes():
@@ -249,26 +244,37 @@ def wind_over(phase_times):
     return Problem("drift", phases, minimise=cost, links=links)
 
 
-def test_a_phase_with_a_free_end_is_as_good_as_one_that_is_split() -> None:
-    # with the end at T: (1 - W(T))^2 / T + T / 100, W(T) = 0.9 + 0.2 (T - 0.5)
-    best = optimize.minimize_scalar(
-        lambda t: (0.1 - 0.2 * (t - 0.5)) ** 2 / t + t / 100, bounds=(0.51, 1.1)
+def best_end(low):
+    """With the end at T: (1 - W(T))^2 / T + T / 100, and W(T) = 0.9 + 0.2 (T - 0.5)."""
+    found = optimize.minimize_scalar(
+        lambda t: (0.1 - 0.2 * (t - 0.5)) ** 2 / t + t / 100, bounds=(low, 1.1)
     )
-    for times in ([0.0], [0.0, 0.3, 0.5]):
-        found = solve(wind_over(times))
-        assert found.objective == pytest.approx(best.fun, rel=1e-6)
-        assert certify(found).passed
+    return found.fun
 
 
-def test_a_failure_names_the_known_times_and_asks_to_split_the_phase() -> None:
-    assert remedy_for_known_times(wind_over([0.0, 0.3, 0.5])) == ""
-    with pytest.raises(
-        SolveFailed, match=r"'part 0' step or bend at 0\.3, 0\.5 s, and a free time"
-    ):
-        solve(wind_over([0.0]), settings=Settings(iterations=3))
+def test_a_phase_that_ends_at_a_free_time_is_split_at_known_ones() -> None:
+    found = solve(wind_over([0.0, 0.3, 0.5]))
+    assert found.objective == pytest.approx(best_end(0.51), rel=1e-6)
+    assert certify(found).passed
 
 
-def test_times_beyond_a_phase_are_not_named() -> None:
+def test_a_step_in_a_phase_with_a_free_time_is_told() -> None:
+    with pytest.warns(StatementWarning, match="of which the later one may take no time"):
+        problem = wind_over([0.0])
+    assert problem.steps["part 0"] == ()
+
+
+def test_breakpoints_at_known_times_need_fixed_times() -> None:
     x, u = State("x"), Control("u")
-    phase = Phase("go", {x: u + ca.if_else(TIME < 9, 0, 1)}, {x: 0}, {x: 1}, end=Between(1, 5))
-    assert remedy_for_known_times(Problem("go", phase, minimise=phase.integral(u**2))) == ""
+    with pytest.raises(StatementError, match=r"two phases that meet at 0\.5 s"):
+        Phase("go", {x: u}, {x: 0}, {x: 1}, end=Between(1, 5), breakpoints=[0.5])
+
+
+def test_the_later_of_two_phases_may_take_no_time() -> None:
+    """Behind 0.9 s each second costs 5 more: without that the motion would end at 1 s."""
+    x, u = State("x"), Control("u")
+    early = Phase("early", {x: u}, {x: 0}, end=0.9)
+    late = Phase("late", {x: u}, final={x: 1}, start=0.9, end=Between(0.9, 3))
+    cost = early.integral(u**2) + late.integral(u**2 + 5) + late.end_time
+    found = solve(Problem("late", [early, late], minimise=cost, links=joined(early, late)))
+    assert found.objective == pytest.approx(1 / 0.9 + 0.9, rel=1e-6)

@@ -23,8 +23,8 @@ from ocp import (
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.numerics.interval_maxima import Extremes
 from ocp.problem.parameters import parameters_of
-from ocp.refinement.loop import mean_excess
 from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.planning import mean_excess
 
 # A mass of 1 kg moves 1 m from rest to rest in 3 s and brakes by at most 1 m/s^2. At full power P
 # its speed is sqrt(2 P t), so that the force begins with a pole, beside which each point that is

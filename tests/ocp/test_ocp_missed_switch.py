@@ -20,7 +20,7 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, PhaseMesh
-from ocp.refinement.estimates.missed_switches import displaced_remark, missed_switches, shared
+from ocp.refinement.estimates.missed_switches import missed_switches, shared
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.refinement.policies.brackets import with_movable_switches
 
@@ -163,8 +163,7 @@ def test_a_switch_of_what_is_no_motion_gets_no_breakpoint(monkeypatch) -> None:
     problem = Problem("brisk", move, minimise=move.end_time)
     assert max(round.movable for round in solve(problem).mesh_iterations) == 1
 
-    # with a limit of nothing, no mesh is a motion, and none is made anew afterwards
-    monkeypatch.setattr("ocp.refinement.estimates.missed_switches._FAR_AWAY", np.inf)
+    # with a limit of nothing, no mesh is a motion
     monkeypatch.setattr("ocp.refinement.policies.adaptive_mesh._A_MOTION", 0.0)
     found = solve(problem, settings=Settings(refinement=AdaptiveMesh(rounds=4), verify=False))
     assert max(round.movable for round in found.mesh_iterations) == 0
@@ -233,7 +232,6 @@ def test_a_switch_does_not_take_the_place_of_a_known_time():
     # it would have to go on behind 0.11, and what is known of that time would be lost
     found = solve(nose(2.0, breakpoints=[0.11]))
     assert np.abs(found.trajectory.phases[0].fractions - 0.11).min() < 1e-9
-    assert "other controls promise" in found.verdict
 
 
 @pytest.mark.slow
@@ -249,11 +247,10 @@ def test_a_switch_goes_on_through_several_intervals(intervals):
 
 
 @pytest.mark.slow
-def test_a_switch_that_is_held_at_a_wrong_time_is_said():
+def test_a_switch_that_is_held_at_a_wrong_time_is_not_certified():
     held = AdaptiveMesh(move_breakpoints=False)
     found = solve(catalyst(), settings=Settings(intervals=18, refinement=held))
     assert found.objective < 0.99 * 0.0104649883
-    assert "a control switches at a fixed breakpoint of the mesh" in found.verdict
     assert not certify(found).passed
 
 
@@ -262,20 +259,6 @@ def test_no_breakpoint_becomes_movable_without_a_switch_on_it():
     move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     found = solve(Problem("move", move, minimise=move.integral(u**2)))
     assert with_movable_switches(found.iterate) is None
-
-
-@pytest.mark.slow
-def test_a_switch_that_gains_nothing_elsewhere_is_not_told():
-    """A drive whose energy has a tariff, 1.375134 from 20, 33 and 60 intervals."""
-    x, v, f = State("x", "m"), State("v", "m/s"), Control("f", "N", lower=-3, upper=3)
-    move = Phase("move", {x: v, v: f - 0.2 * v}, {x: 0, v: 0}, {x: 4, v: 0}, end=6.0)
-    energy = move.integral((2 + ca.sin(RADIUS)) * ca.fmax(0, f * v))
-    found = solve(Problem("tariff", move, minimise=energy))
-    assert found.objective == pytest.approx(1.375134, rel=1e-6)
-    # the Hamiltonian differs on both sides of a switch, but on a mesh made anew nothing is better
-    assert displaced_remark(found.iterate, found.evaluator)
-    assert found.verdict.startswith("local")
-    assert "switch" not in found.verdict
 
 
 @pytest.mark.slow

@@ -6,11 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from ocp import Control, Phase, Problem, Settings, State, Unknown, certify, solve
-from ocp.algorithm import first_mesh
-from ocp.mesh.initial_guess import initial_guess
-from ocp.mesh.simulated_fit import determined_motion
-from ocp.problem.parameters import parameters_of
+from ocp import Control, Phase, Problem, State, Unknown, certify, solve
 
 END = 1e5  # [s]
 TIMES = np.array([1e-2, 1.0, 1e2, 1e4])  # at which values are measured [s]
@@ -59,25 +55,6 @@ def fit(first=1.0, steered=False):
     return Problem("kinetics", [phase], minimise=1e4 * misfit)
 
 
-def determined(problem):
-    parameters, settings = parameters_of(problem), Settings()
-    stated, mesh = initial_guess(problem, parameters), first_mesh(problem, settings)
-    return determined_motion(problem, parameters, stated, settings.scheme, mesh)
-
-
-def test_the_guess_is_the_motion_at_the_guess_of_the_unknowns() -> None:
-    trajectory, mesh = determined(fit())
-    found = trajectory.phases[0].sample(TIMES)
-    # the simulation is asked for 1e-8, and stays within a hundred times of it
-    np.testing.assert_allclose(found.T, motion(TIMES, np.exp(0.3)), atol=1e-6)
-    assert trajectory.unknowns == {"log": 0.3}
-
-    # a uniform first interval would end at 5000 s, where half of it is over
-    (of_phase,) = mesh.phases
-    assert of_phase.breakpoints[1] < 1e-6
-    assert 20 <= of_phase.intervals <= 100
-
-
 @pytest.mark.slow
 def test_a_stiff_fit_is_found() -> None:
     values = measured()
@@ -92,15 +69,3 @@ def test_a_stiff_fit_is_found() -> None:
 
     # in some intervals the terms of H are hundreds of times their mean size
     assert certify(solution).passed
-
-
-def test_what_is_steered_or_begins_anywhere_is_not_simulated() -> None:
-    assert determined(fit(steered=True)) is None
-    assert determined(fit(first=(0.9, 1.1))) is None
-
-
-def test_a_motion_that_a_uniform_mesh_carries_keeps_it() -> None:
-    x, rate = State("x"), Unknown("rate", lower=0, upper=5, guess=1.0)
-    phase = Phase("decay", {x: -rate.symbol * x.symbol}, initial={x: 1.0}, end=1.0)
-    problem = Problem("decay", [phase], minimise=(phase.at(0.5, x) - 0.4) ** 2)
-    assert determined(problem) is None

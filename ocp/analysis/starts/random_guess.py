@@ -28,7 +28,6 @@ def random_trajectory(
     # as a trajectory it can be sent to another process
     intervals = first_intervals(settings, problem)
     mesh = Mesh(tuple(uniform(count, settings.scheme.degree) for count in intervals))
-    times = {name: (phase.start, phase.end) for name, phase in guess.phases.items()}
-    program = transcribe(problem, mesh, settings.scheme, settings.controls, scales, times=times)
+    program = transcribe(problem, mesh, settings.scheme, settings.controls, scales)
     x = decision_vector(program, guess, program.limits(parameters), parameters.vector)
     return trajectory_of(program, np.nan_to_num(x), parameters)

@@ -8,6 +8,5 @@ raised peaks cost.
 
 `switch_detection` finds the jumps of controls, `control_resolution` says how well their shapes are
 resolved, `active_set_changes` where limits are met or left, and `kink_crossings` where the motion
-crosses kinks. `narrow_features` looks once more at an answer, for what lies between all points, and
-`missed_slopes` for what a zero hides there, both at `dense_panels`.
+crosses kinks. `dense_samples` are nowhere far apart, however long an interval is.
 """

@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
-from ocp.optimality.steps import steps_along
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.problem.kinks import crossable_kinks
 
 # Of the phase: how far a breakpoint may be from its crossing. The Hamiltonian differs on its sides
@@ -120,7 +119,12 @@ def kink_crossings(
         Those that its mesh gave, see `PhaseMesh.sides`.
     """
     motion = trajectory.phase(name)
-    surfaces = crossable_kinks(evaluator.problem, name).values
+    # where expressions jump no side of a kink can be given
+    surfaces = (
+        ()
+        if evaluator.problem.is_discontinuous
+        else crossable_kinks(evaluator.problem, name).values
+    )
     none = no_crossings(motion.intervals, len(surfaces))
     if not surfaces or not motion.end > motion.start:
         return none
@@ -170,17 +174,4 @@ def kink_crossings(
         places, number, np.where(above, -1, 1), off, none.kinks, left, sides is not None
     )
     order = np.argsort(places, kind="stable")
-    found_ones = crossings.some(order[(through & inside)[order]])
-    return _without_steps(found_ones, trajectory, evaluator, motion)
-
-
-def _without_steps(
-    crossings: KinkCrossings, trajectory: Trajectory, evaluator: Evaluator, motion: PhaseTrajectory
-) -> KinkCrossings:
-    """The crossings at which no expression steps."""
-    if not crossings.count:
-        return crossings
-    steps = steps_along(evaluator.problem, trajectory, evaluator)
-    times = [step.time for step in steps if step.phase == motion.name]
-    off = np.abs(crossings.places[:, None] - motion.fractions_of(times))
-    return crossings.some(off.min(axis=1, initial=np.inf) > _SAME)
+    return crossings.some(order[(through & inside)[order]])

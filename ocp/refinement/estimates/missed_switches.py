@@ -9,11 +9,6 @@ The Hamiltonian tells what better controls gain inside the intervals. Where a co
 breakpoint that cannot move, the controls on both sides of it may be the best ones, and the jump
 should come earlier or later all the same: before it a constraint may leave the controls no room,
 but for the last part of an interval. Then the Hamiltonian jumps, too.
-
-A control may also jump from one *valley* of the Hamiltonian, a local minimum by the controls, to
-another. In an interval it is one polynomial, and stays in one valley. The other one may be better
-in a part of the interval. Then the control is smooth, and the Hamiltonian has no slope. Only
-controls far away tell.
 """
 
 from __future__ import annotations
@@ -25,11 +20,9 @@ import numpy as np
 from ocp.arrays import Array, Flags
 from ocp.mesh.mesh import SAME_POINT
 from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.hamiltonian import hamiltonian_jumps, relative_jumps, shifts
+from ocp.optimality.hamiltonian import relative_jumps, shifts
 from ocp.optimality.iterate import Iterate
-from ocp.optimality.steps import steps_along
 from ocp.refinement.estimates.switch_detection import Jump, switches_at_breakpoints
-from ocp.refinement.other_controls.promise import others_of_phase
 
 # Of the objective: what a shift by the shorter interval beside it has to promise. At the optima of
 # the benchmarks the costates' errors promise up to 3e-5, and a switch that was missed 1.
@@ -39,10 +32,6 @@ _MISSED = 1e-3
 # benchmarks the costates' errors leave up to 1.4e-3. A switch of two valleys that was 40 s off left
 # 2.5e-3, at a loss of 2e-4 of the objective.
 _BALANCED = 2e-3
-
-# Of the objective: what moving a switch halfway to the next one has to promise. At the optima of
-# the benchmarks costates' errors promise up to 1.7e-4, and a switch that was held 6e-4.
-_FAR_AWAY = 2e-4
 
 
 def held_switches(iterate: Iterate, index: int, jumps: Sequence[Jump]) -> Flags:
@@ -72,76 +61,15 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     """Whether a held switch is displaced, by a jump of the Hamiltonian there, (N - 1,).
 
     At the right time of a switch the Hamiltonian is the same on both sides. Beside a narrow
-    interval its jump promises little, however far off the switch is. None where an expression steps
-    along the motion: the Hamiltonian jumps there by itself. None in a phase that takes no time: its
-    controls matter for nothing, and neither do their switches.
+    interval its jump promises little, however far off the switch is. None where expressions of
+    the statement jump: the Hamiltonian may jump there by itself. None in a phase that takes no
+    time: its controls matter for nothing, and neither do their switches.
     """
     held = _held_by_sides(iterate, index)
     told = iterate.scheme.informative_multipliers and not iterate.takes_no_time(index)
-    if not (held.any() and told):
+    if not (held.any() and told) or iterate.problem.is_discontinuous:
         return np.zeros_like(held)
-    displaced = held & (relative_jumps(iterate, evaluator, index) > _BALANCED)
-    if displaced.any() and _has_unseen_steps(iterate, evaluator, index):
-        return np.zeros_like(displaced)
-    return displaced
-
-
-def held_far_away(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
-    """Whether moving a held switch of a phase far seems to gain, by a jump of the Hamiltonian.
-
-    The objective changes with the time of a switch by that jump, which falls to nothing where the
-    switch belongs. How far that is, the jump does not tell, but the next switch is no nearer. So
-    this is a suspicion only.
-    """
-    motion = iterate.trajectory.phases[index]
-    held = _held_by_sides(iterate, index)
-    told = iterate.scheme.informative_multipliers and not iterate.takes_no_time(index)
-    if not (held.any() and told):
-        return False
-
-    switches = switches_at_breakpoints(motion, iterate.scales.signals)
-    inner = motion.breakpoints[1:-1]
-    ends = np.concatenate([motion.breakpoints[:1], inner[switches], motion.breakpoints[-1:]])
-    next_one = np.searchsorted(ends, inner[held])
-    way = np.minimum(ends[next_one + 1] - inner[held], inner[held] - ends[next_one - 1])
-    jumps = np.abs(hamiltonian_jumps(iterate, evaluator, index)[held])
-    promised = float((0.5 * jumps * way).max()) / iterate.objective_size
-    return promised >= _FAR_AWAY and not _has_unseen_steps(iterate, evaluator, index)
-
-
-def displaced_remark(iterate: Iterate, evaluator: Evaluator) -> str:
-    """A sentence on displaced switches, with their times [s]; empty if there are none."""
-    times = [
-        f"{time:.6g} s"
-        for index, motion in enumerate(iterate.trajectory.phases)
-        for time in motion.breakpoints[1:-1][displaced_switches(iterate, evaluator, index)]
-    ]
-    if not times:
-        return ""
-    return (
-        f"a control switches at a fixed breakpoint of the mesh ({', '.join(times)}), but should "
-        "switch earlier or later: the Hamiltonian differs on its two sides; solve again with "
-        "another number of intervals, and compare"
-    )
-
-
-def between_valleys(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
-    """Gain that other times of held switches between valleys promise, (N - 1,).
-
-    For each inner breakpoint, relative to the objective. A control that jumps from one valley of
-    the Hamiltonian to another is in the worse one on one side of a breakpoint where its switch is
-    displaced. The gain is 0 where no switch is held, and for schemes whose multipliers do not tell.
-    It is also 0 in a phase that takes no time: other controls tell there that it should be longer.
-    """
-    motion = iterate.trajectory.phases[index]
-    held = _held_by_sides(iterate, index)
-    others = None
-    if held.any() and iterate.scheme.informative_multipliers:
-        others = others_of_phase(iterate, evaluator, index, beside(held), valleys_only=True)
-    if others is None or others.vanished:
-        return np.zeros(held.size)
-    of_intervals = others.of_intervals(motion.intervals) / iterate.objective_size
-    return np.where(held, of_intervals[:-1] + of_intervals[1:], 0.0)
+    return held & (relative_jumps(iterate, evaluator, index) > _BALANCED)
 
 
 def beside(breakpoints: Flags) -> Flags:
@@ -172,13 +100,6 @@ def _held_by_sides(iterate: Iterate, index: int) -> Flags:
     """
     switches = switches_at_breakpoints(iterate.trajectory.phases[index], iterate.scales.signals)
     return _fixed_breakpoints(iterate, index) & switches
-
-
-def _has_unseen_steps(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
-    """Whether an expression of a phase steps where no derivative tells."""
-    found = steps_along(iterate.problem, iterate.trajectory, evaluator)
-    name = iterate.trajectory.phases[index].name
-    return any(step.unseen and step.phase == name for step in found)
 
 
 def _near(inner: Array, places: Array) -> Flags:

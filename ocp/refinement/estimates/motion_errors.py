@@ -1,6 +1,8 @@
 """How far a motion is off between its points: dynamics, constraints and peaks.
 
-Nothing here asks how the motion was found, nor what a finer mesh would gain.
+Nothing here asks how the motion was found, nor what a finer mesh would gain. Each interval is
+looked at between its points. Where it is long, what may be narrow is looked at more densely
+(`dense_samples`), and what that finds counts where the points have missed most of it.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from ocp.numerics.interval_maxima import Extremes, dense_grid, maxima
 from ocp.numerics.schemes import Collocation, Gauss
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
+from ocp.refinement.estimates.dense_samples import DenseSamples, is_rough, is_unseen
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
 
@@ -63,9 +66,13 @@ class MotionErrors:
         constraint is exceeded or about to be, and where it is closest to that.
         """
         return tuple(
-            self._excess_of_phase(motion, constraints, limits)
-            for motion, constraints, limits in zip(
-                self.trajectory.phases, self.transcription.constraints, self.limits, strict=True
+            self._excess_of_phase(*of_phase)
+            for of_phase in zip(
+                self.trajectory.phases,
+                self.transcription.constraints,
+                self.limits,
+                self._dense,
+                strict=True,
             )
         )
 
@@ -79,8 +86,14 @@ class MotionErrors:
                 self._quadrature_error(motion),
                 self._equation_error(motion, index),
             )
-            errors.append(np.maximum.reduce(parts))
+            seen, densely = np.maximum.reduce(parts), self._off_densely(motion, index)
+            errors.append(np.where(is_unseen(densely, seen), densely, seen))
         return tuple(errors)
+
+    @cached_property
+    def _dense(self) -> tuple[DenseSamples | None, ...]:
+        """Dense samples of each phase, None where its points are as dense."""
+        return tuple(DenseSamples.of(motion) for motion in self.trajectory.phases)
 
     @property
     def worst_excess(self) -> float:
@@ -108,6 +121,7 @@ class MotionErrors:
         motion: PhaseTrajectory,
         constraints: Sequence[PathConstraint],
         limits: Sequence[tuple[float, float]],
+        dense: DenseSamples | None,
     ) -> tuple[Extremes, ...]:
         limited = [c for c in constraints if not c.is_equation]
         samples = iter(
@@ -115,7 +129,7 @@ class MotionErrors:
         )
         nothing = Extremes(np.full(motion.intervals, -np.inf), np.full(motion.intervals, 0.5))
         return tuple(
-            nothing if c.is_equation else self._excess_of(motion, c, between, next(samples))
+            nothing if c.is_equation else self._excess_of(motion, c, between, next(samples), dense)
             for c, between in zip(constraints, limits, strict=True)
         )
 
@@ -125,23 +139,33 @@ class MotionErrors:
         constraint: PathConstraint,
         limits: tuple[float, float],
         samples: Array,
+        dense: DenseSamples | None,
     ) -> Extremes:
         """Excess of one constraint from its values on the dense grid, (N, m)."""
         lower, upper = limits
         largest = 0.0
 
         def beyond(values: Array) -> Array:
-            nonlocal largest
-            largest = max(largest, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
             signed = constraint.sign * values
             return np.asarray(np.maximum(signed - upper, lower - signed))
 
-        def sampled(intervals: Integers, tau: Array) -> Array:
-            return beyond(self._values(motion, constraint.expression, intervals, tau))
+        def sampled(values: Array) -> Array:
+            nonlocal largest
+            largest = max(largest, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+            return beyond(values)
 
-        extremes = maxima(sampled, beyond(samples), _grid(motion), level=0.0)
+        def at(intervals: Integers, tau: Array) -> Array:
+            return sampled(self._values(motion, constraint.expression, intervals, tau))
+
+        extremes = maxima(at, sampled(samples), _grid(motion), level=0.0)
         size = constraint.size(limits, largest)
-        return Extremes(extremes.values / size, extremes.tau, size)
+        seen, tau = extremes.values / size, extremes.tau
+        if dense is not None and is_rough(self.evaluator, motion.name, constraint.expression):
+            every = dense.values(self.evaluator, self.trajectory, [constraint.expression])
+            most, where = dense.largest(beyond(every[0]) / size)
+            unseen = is_unseen(most, seen)
+            seen, tau = np.where(unseen, most, seen), np.where(unseen, where, tau)
+        return Extremes(seen, tau, size)
 
     def _equation_error(self, motion: PhaseTrajectory, index: int) -> Array:
         """How far equations are off in each interval, the largest relative to its scale, (N,)."""
@@ -184,6 +208,50 @@ class MotionErrors:
         steps = np.diff(motion.breakpoints)
         error = np.einsum("kqs,q->ks", residual, nodes.weights) * steps[:, None]
         return _finite_or_infinite(error.max(axis=1))
+
+    def _off_densely(self, motion: PhaseTrajectory, index: int) -> Array:
+        """Errors of rough dynamics, integrals and equations by dense samples, relative, (N,)."""
+        dense, worst = self._dense[index], np.zeros(motion.intervals)
+        if dense is None:
+            return worst
+        problem, scales = self.transcription.problem, self.transcription.scales
+
+        def values(expressions: Sequence[Any]) -> Array:
+            return dense.values(self.evaluator, self.trajectory, expressions)
+
+        def rough(expression: Any) -> bool:
+            return is_rough(self.evaluator, motion.name, expression)
+
+        rates = {s: rate for s, rate in problem.phases[index].dynamics.items() if rough(rate)}
+        if rates:
+            own = motion.rates(*dense.places).reshape(*dense.tau.shape, -1)
+            for state, stated in zip(rates, values(list(rates.values())), strict=True):
+                residual = np.abs(own[..., motion.states.index(state.name)] - stated)
+                worst = np.maximum(worst, dense.integrals(residual) / scales.signals[state.name])
+        integrals = [f for f in problem.integrals[motion.name] if rough(f.expression)]
+        if integrals:
+            found = dense.integrals(values([f.expression for f in integrals]))
+            by_scheme = self._by_scheme(motion, [f.expression for f in integrals])
+            for f, total, own in zip(integrals, found, by_scheme.T, strict=True):
+                size = max(scales.functionals[f], abs(float(total.sum())))
+                worst = np.maximum(worst, np.abs(total - own) / size)
+        for c, (_, wanted) in zip(
+            self.transcription.constraints[index], self.limits[index], strict=True
+        ):
+            if c.is_equation and rough(c.expression):
+                off, _ = dense.largest(np.abs(values([c.expression])[0] - wanted))
+                worst = np.maximum(worst, off / c.scale)
+        return worst
+
+    def _by_scheme(self, motion: PhaseTrajectory, expressions: list[Any]) -> Array:
+        """Integrals of expressions over each interval by the quadrature of the scheme, (N, n)."""
+        found = np.zeros((motion.intervals, len(expressions)))
+        for degree in sorted(set(motion.degrees.tolist())):
+            here = np.flatnonzero(motion.degrees == degree)
+            rule = motion.scheme.at(degree)
+            width = np.diff(motion.breakpoints)[here, None]
+            found[here] = self._integrated(motion, expressions, here, rule) * width
+        return found
 
     def _quadrature_error(self, motion: PhaseTrajectory) -> Array:
         """Error of the scheme's quadrature relative to the sizes of the integrals, (N,).

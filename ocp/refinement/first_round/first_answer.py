@@ -79,22 +79,6 @@ def first_answer(first_round: MeshRound, program: Transcription, result: NlpResu
     result : NlpResult
         What came of the stated guess; its iterations are counted on.
     """
-    if _has_other_sides(first_round.meshes, program):
-        from ocp.refinement.first_round.other_sides import best_side  # few problems have them
-
-        side = best_side(first_round, program, result)
-        found = _from_here(first_round, side.program, side.result)
-        return _counted_with(side, found)
-    return _from_here(first_round, program, result)
-
-
-def _has_other_sides(meshes: MeshSolver, program: Transcription) -> bool:
-    """Whether free times may lie on other sides of known ones, and no motion says on which."""
-    return program.mesh.keeps_sides and not states_a_motion(meshes.problem, meshes.parameters)
-
-
-def _from_here(first_round: MeshRound, program: Transcription, result: NlpResult) -> MeshAnswer:
-    """What came of the first mesh, or something better from other starts of the same program."""
     if result.outcome == "invalid number":
         return _with_values(first_round, program, result)
     if result.outcome != "solved":
@@ -215,7 +199,7 @@ def _sought(first_round: MeshRound, program: Transcription, failed: NlpResult) -
     found, before = _from_other_starts(first_round, program, found, _GUESSES)
     mesh = finer_mesh(first_round.meshes, program.mesh)
     while found.result.outcome in _HOPEFUL and mesh is not None:
-        again = first_round.meshes.first_program_like(program, failed.x, mesh)
+        again = first_round.meshes.first_program(None, mesh)
         second, off = _from_other_starts(first_round, again, found, _GUESSES_IF_FINER)
         if second.result.outcome in ("solved", "interrupted"):
             return second

@@ -2,8 +2,7 @@
 
 Starts of two kinds take turns: motions that are simulated under random controls, and random waves
 around straight lines. The search ends soon where the first answers agree. Where they differ it goes
-on until the best one was found more often, or a stated amount of work is done. Where phases meet
-at a free time, the best answer is held against what comes of earlier and later ones.
+on until the best one was found more often, or a stated amount of work is done.
 
 The least value of a mesh that is too coarse for its motion is often a motion that does not exist.
 So if the best of the first answers leaves its dynamics by more than the states' sizes, the search
@@ -27,10 +26,8 @@ from ocp.refinement.first_round.starts import (
     MeshAnswer,
     MeshRound,
     finer_mesh,
-    shifted,
     simulated,
     wavy,
-    with_other_controls,
 )
 from ocp.refinement.mesh_iteration import iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
@@ -75,10 +72,6 @@ _NO_MOTION = 1.0
 # objective counts as running away, or an expression as having no value anywhere.
 _ENOUGH = 3
 
-# times that an answer is left for a better one with other controls or other meetings of phases
-_IMPROVEMENTS = 3
-_IMPROVED_WITHIN = 60  # iterations of each of these runs, which begin near a motion
-
 # Answers that are refined where values cannot be compared, those among them that come from a mesh
 # that was too coarse, and the rounds that each may take.
 _CANDIDATES = 5
@@ -117,10 +110,9 @@ def best_of_several(first_round: MeshRound, program: Transcription, first: NlpRe
     coarse = tuple[_Answer, ...]()
     search = _searched(first_round, search, may_refine=mesh is not None)
     if search.no_motion and mesh is not None:
-        again = first_round.meshes.first_program_like(program, first.x, mesh)
+        again = first_round.meshes.first_program(None, mesh)
         finer = _FirstMeshSearch(again, (), search.last, search.starts)
         search, coarse = _searched(first_round, finer, may_refine=False), search.answers
-    search = _improved(first_round, search)
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted" or search.seems_unbounded:
@@ -224,26 +216,6 @@ def _searched(
         if search.seems_unbounded or search.seems_undefined:
             break
         if limit.reached(last.iterations, search.starts):
-            break
-    return search
-
-
-def _improved(first_round: MeshRound, before: _FirstMeshSearch) -> _FirstMeshSearch:
-    """The search gone on with from its best answer: other controls, phases that meet elsewhere."""
-    search, program, meshes = before, before.program, first_round.meshes
-    for _ in range(_IMPROVEMENTS):
-        if not search.answers or search.last.outcome == "interrupted" or search.seems_unbounded:
-            break
-        best = min(search.answers, key=_value)
-        points = chain(
-            with_other_controls(meshes, program, best.result),
-            shifted(meshes, program, best.result.x),
-        )
-        attempts = ((first_round.solver, point) for point in points)
-        for last in first_round.runs(program, attempts, search.last, _IMPROVED_WITHIN):
-            search = search.with_run(meshes, last)
-        better = min(search.answers, key=_value)
-        if better is best or _same(better.value, best.value, _same_within(meshes)):
             break
     return search
 

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
-from ocp.arrays import Array
-from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, guess_by_lines, initial_guess
+from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
-from ocp.optimality.iterate import iterate_of
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.other_controls.promise import OtherControls, other_controls, promised_by
-from ocp.transcription.packing import decision_vector, trajectory_of
+from ocp.transcription.packing import decision_vector
 from ocp.transcription.transcribe import Transcription
 
 Attempts = Iterable[tuple[NlpSolver, StartingPoint]]
@@ -33,9 +30,6 @@ _LEAST_PATIENCE = 60
 # problems none of these found a better answer.
 _TIMES_TO_CONFIRM = 2
 _LEAST_TO_CONFIRM = 30
-
-# Part of the objective that other controls have to promise on a first, coarse mesh
-_PROMISED = 1e-4
 
 # Times as many intervals where a mesh has led to nothing, and the most that such a mesh may have.
 # Controls of so many pieces are within a percent of any that switches now and then.
@@ -164,81 +158,6 @@ def wavy(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[Sta
             meshes.problem, meshes.parameters, lines, sizes.signals, sizes.unknowns, random
         )
         yield _point(meshes, program, guess)
-
-
-def shifted(meshes: MeshSolver, program: Transcription, x: Array) -> Iterator[StartingPoint]:
-    """Starting points from a motion whose phases meet earlier or later.
-
-    An answer may be no minimum by such a time: on one side the objective falls, on the other side
-    it leads back. None where no such time is free.
-    """
-    from ocp.mesh.phase_times import shifted_times
-
-    found = trajectory_of(program, x, meshes.parameters)
-    times = {motion.name: (motion.start, motion.end) for motion in found.phases}
-    guess = initial_guess(meshes.problem, meshes.parameters, found)
-    for other in shifted_times(meshes.problem.phases, times):
-        phases = {name: Retimed(phase, *other[name]) for name, phase in guess.phases.items()}
-        yield _point(meshes, program, InitialGuess(phases, guess.unknowns))
-
-
-def with_other_controls(
-    meshes: MeshSolver, program: Transcription, result: NlpResult
-) -> Iterator[StartingPoint]:
-    """A starting point from a motion with the best of the controls that were tried in its place.
-
-    None where no others are better. See `ocp.refinement.other_controls.promise`.
-    """
-    found = trajectory_of(program, result.x, meshes.parameters)
-    iterate = iterate_of(program, result, found)
-    # in the valley of the motion itself a start leads nowhere else
-    others = list(other_controls(iterate, meshes.evaluator, valleys_only=True))
-    if promised_by(others, iterate) > _PROMISED:
-        guess = initial_guess(meshes.problem, meshes.parameters, found)
-        phases = dict(guess.phases)
-        for other in others:
-            phases[other.phase] = _WithOthers(phases[other.phase], other)
-        yield _point(meshes, program, InitialGuess(phases, guess.unknowns))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Retimed:
-    """A guess of a phase at other times [s]."""
-
-    guess: PhaseGuess
-    start: float
-    end: float
-
-    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
-        """Signals by name at fractions of the phase."""
-        return self.guess.at_fractions(fractions)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class _WithOthers:
-    """A guess of a phase with other controls near the points at which they are better."""
-
-    guess: PhaseGuess
-    others: OtherControls
-
-    @property
-    def start(self) -> float:
-        """Initial time [s]."""
-        return self.guess.start
-
-    @property
-    def end(self) -> float:
-        """Final time [s]."""
-        return self.guess.end
-
-    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
-        """Signals by name at fractions of the phase."""
-        known, values = self.others.fractions, dict(self.guess.at_fractions(fractions))
-        nearest = np.searchsorted(0.5 * (known[1:] + known[:-1]), fractions)
-        better = self.others.less[nearest] > 0.0
-        for name, best in zip(self.others.names, self.others.best[nearest].T, strict=True):
-            values[name] = np.where(better, best, values[name])
-        return values
 
 
 def _point(meshes: MeshSolver, program: Transcription, guess: InitialGuess) -> StartingPoint:

@@ -1,8 +1,7 @@
-"""The loop of mesh iterations: solve, estimate errors, choose the next mesh, until it is good.
+"""What a refinement solves next: its first mesh, and the one after a mesh solved or failed.
 
-`refine_meshes` is the loop. Its two halves stand by themselves, because a solve that is lost among
-kinks leaves between them (`ocp.refinement.refine`): `solve_planned` solves one mesh, and
-`plan_after` looks at what came of it and says what is solved next, or why nothing is.
+The refinement policy chooses intervals. What is decided here is the rest: how tightly a mesh is
+solved, and whether one is solved again.
 """
 
 from __future__ import annotations
@@ -19,15 +18,11 @@ from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.better_motions.across_known_times import across_known_times
-from ocp.refinement.endings import Ending, ending_of
-from ocp.refinement.first_round.first_answer import first_answer
-from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
+from ocp.refinement.first_round.starts import MeshAnswer
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
-from ocp.refinement.solved_mesh import OVERPROMISE, SolvedMesh
+from ocp.refinement.solved_mesh import OVERPROMISE, Ending, SolvedMesh
 from ocp.refinement.stopped import check_failure
 from ocp.transcription.transcribe import Transcription
 
@@ -96,143 +91,20 @@ class PlannedMesh:
     leaks_closed: int = 0
 
 
-def refine_meshes(
-    meshes: MeshSolver, start: Start, mesh: Mesh, accuracy: Accuracy, history: History
-) -> Ending:
-    """Solve one mesh after another until all tolerances are met, or something else ends that.
-
-    Parameters
-    ----------
-    start : Iterate, Trajectory or None
-        Where the first mesh starts; None for the guess in the statement.
-    mesh : Mesh
-        The first one.
-    history : History
-        What is solved is appended to it.
-
-    Raises
-    ------
-    SolveFailed
-        As `plan_after`.
-    """
-    planned = first_plan(meshes, start, mesh)
-    while True:
-        found = solve_planned(meshes, planned, accuracy, history)
-        following = plan_after(meshes, planned, found, accuracy, history)
-        if not isinstance(following, PlannedMesh):
-            return following
-        planned = following
-
-
-def first_plan(meshes: MeshSolver, start: Start, mesh: Mesh) -> PlannedMesh:
-    """The first mesh of a refinement."""
-    policy = meshes.settings.refinement
-    # without multipliers the first mesh is a rough one, and its digits are lost with it
-    rough = policy.adapts and not isinstance(start, Iterate)
-    program = meshes.first_program(start, mesh)
-    return PlannedMesh(program, start, policy, rough=rough and _can_be_rough(meshes))
-
-
-def solve_planned(
-    meshes: MeshSolver, planned: PlannedMesh, accuracy: Accuracy, history: History
-) -> MeshAnswer:
-    """A mesh solved, the first one from several starts if need be; or what failed."""
-    this_round = round_of(meshes, planned, accuracy, history)
-    # breakpoints that move are given up after a while, where there is a mesh to go back to
-    most = most_iterations(history.solved, planned.program.mesh)
-    result = meshes.solve(
-        planned.program, planned.start, this_round.solver, history.rounds, most=most
-    )
-    answer = MeshAnswer(planned.program, result)
-    if planned.start is None:
-        answer = first_answer(this_round, planned.program, result)
-    return across_known_times(meshes, this_round.solver, history.rounds, answer)
-
-
-def round_of(
-    meshes: MeshSolver, planned: PlannedMesh, accuracy: Accuracy, history: History
-) -> MeshRound:
-    """The mesh iteration of a planned mesh, with the solver as it is needed there."""
-    solver = meshes.rough_solver if planned.rough else meshes.settings.solver
-    gap = _gap(history.solved, accuracy, rough=planned.rough)
-    return MeshRound(meshes, solver.within_gap(gap), tuple(history.rounds))
-
-
-def plan_after(
-    meshes: MeshSolver,
-    planned: PlannedMesh,
-    found: MeshAnswer,
-    accuracy: Accuracy,
-    history: History,
-) -> PlannedMesh | Ending:
-    """What is solved after a mesh, or what ends the refinement there.
-
-    Parameters
-    ----------
-    found : MeshAnswer
-        What came of the planned mesh. It is appended to the history, with its errors.
-
-    Raises
-    ------
-    SolveFailed
-        Nothing was solved, the budget ended before a mesh held between its points, an angle without
-        bounds turns to and fro, a control has become an impulse, or next to no time is left.
-    Interrupted
-        The user stopped the solver.
-    """
-    is_solved = found.result.outcome == "solved"
-    after = _after_solved if is_solved else _after_failure
-    step = after(meshes, planned, found, accuracy, history)
-    if not isinstance(step, _Step):
-        return step
-
-    # points that close a leak step by step cost little, and are no finer mesh
-    solved, rounds, most = history.solved, history.rounds, planned.policy.rounds
-    leaks_closed = planned.leaks_closed + step.closes_leaks
-    over = len(rounds) - history.before >= most + min(leaks_closed, most)
-    if is_solved and _once_more(meshes, solved, step.mesh, accuracy, over=over):
-        step = replace(step, mesh=solved[-1].iterate.mesh, rough=False, again=True)
-    if step.mesh is None:
-        return "tolerances"
-    ending = ending_of(
-        meshes,
-        solved,
-        rounds,
-        accuracy,
-        over=over,
-        again=step.again,
-        closes_leaks=step.closes_leaks,
-        examining=step.examining,
-    )
-    if ending is not None:
-        return ending
-
-    start = solved[-1].iterate
-    return PlannedMesh(
-        program=meshes.next_program(start, step.mesh),
-        start=start,
-        policy=step.policy,
-        rough=step.rough and _can_be_rough(meshes),
-        finer=step.mesh.intervals > found.program.mesh.intervals,
-        leaks_closed=leaks_closed,
-    )
-
-
-def _can_be_rough(meshes: MeshSolver) -> bool:
-    """Whether a looser tolerance than that asked for is another one."""
-    return meshes.rough_solver is not meshes.settings.solver
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class _Step:
+class Step:
     """What a policy and the last mesh ask for next.
 
     Attributes
     ----------
     mesh : Mesh or None
-        The next one; None where the last one is good enough.
+        The next one; None where the refinement ends here.
     policy : RefinementPolicy
         That it goes on with.
+    ending : str or None
+        Why it ends here.
+    over : bool
+        Whether the policy allows no further mesh.
     rough : bool
         Whether the next mesh is not solved to the tolerance asked for, as it will be replaced too.
     again : bool
@@ -246,10 +118,78 @@ class _Step:
 
     mesh: Mesh | None
     policy: RefinementPolicy
+    ending: Ending | None = None
+    over: bool = False
     rough: bool = False
     again: bool = False
     closes_leaks: bool = False
     examining: float = 0.0
+
+
+def first_plan(meshes: MeshSolver, start: Start, mesh: Mesh) -> PlannedMesh:
+    """The first mesh of a refinement."""
+    policy = meshes.settings.refinement
+    # without multipliers the first mesh is a rough one, and its digits are lost with it
+    rough = policy.adapts and not isinstance(start, Iterate)
+    program = meshes.first_program(start, mesh)
+    return PlannedMesh(program, start, policy, rough=rough and _can_be_rough(meshes))
+
+
+def look_at(
+    meshes: MeshSolver,
+    planned: PlannedMesh,
+    found: MeshAnswer,
+    accuracy: Accuracy,
+    history: History,
+) -> Step:
+    """What follows on a mesh, by its errors between the points or by how it failed.
+
+    Parameters
+    ----------
+    found : MeshAnswer
+        What came of the planned mesh. It is appended to the history, with its errors.
+
+    Raises
+    ------
+    SolveFailed
+        Nothing was solved, or the budget ended before a mesh held between its points.
+    Interrupted
+        The user stopped the solver.
+    """
+    is_solved = found.result.outcome == "solved"
+    after = _after_solved if is_solved else _after_failure
+    step = after(meshes, planned, found, accuracy, history)
+    if step.ending is not None:
+        return step
+
+    # points that close a leak step by step cost little, and are no finer mesh
+    most, closed = planned.policy.rounds, planned.leaks_closed + step.closes_leaks
+    over = len(history.rounds) - history.before >= most + min(closed, most)
+    step = replace(step, over=over)
+    if is_solved and _once_more(meshes, history.solved, step.mesh, accuracy, over=over):
+        return replace(step, mesh=history.solved[-1].iterate.mesh, rough=False, again=True)
+    return replace(step, ending="tolerances") if step.mesh is None else step
+
+
+def next_plan(
+    meshes: MeshSolver, planned: PlannedMesh, step: Step, history: History
+) -> PlannedMesh:
+    """The mesh that a step asks for, from the last motion and its multipliers."""
+    assert step.mesh is not None
+    start = history.solved[-1].iterate
+    return PlannedMesh(
+        program=meshes.next_program(start, step.mesh),
+        start=start,
+        policy=step.policy,
+        rough=step.rough and _can_be_rough(meshes),
+        finer=step.mesh.intervals > planned.program.mesh.intervals,
+        leaks_closed=planned.leaks_closed + step.closes_leaks,
+    )
+
+
+def _can_be_rough(meshes: MeshSolver) -> bool:
+    """Whether a looser tolerance than that asked for is another one."""
+    return meshes.rough_solver is not meshes.settings.solver
 
 
 def _after_solved(
@@ -258,7 +198,7 @@ def _after_solved(
     found: MeshAnswer,
     accuracy: Accuracy,
     history: History,
-) -> _Step | Ending:
+) -> Step:
     """The step after a mesh that was solved, once that is in the history."""
     began, solved, rounds = meshes.budget.elapsed, history.solved, history.rounds
     program, result = found.program, found.result
@@ -269,7 +209,7 @@ def _after_solved(
     following = planned.policy.next_mesh(solved, accuracy)
     rounds.append(record_of(program.mesh, result, last, found.starts, found.lost))
     log.info("mesh iteration %d: %s", len(rounds), rounds[-1])
-    return _Step(
+    return Step(
         following,
         planned.policy,
         rough=following is not None and _is_far(last, accuracy),
@@ -284,22 +224,22 @@ def _after_failure(
     found: MeshAnswer,
     accuracy: Accuracy,
     history: History,
-) -> _Step | Ending:
+) -> Step:
     """The step after a mesh on which the solver failed, or what ends the refinement there."""
     solved, rounds, mesh = history.solved, history.rounds, found.program.mesh
     rounds.append(record_of(mesh, found.result, None))
     check_failure(meshes, found.program, found.result, solved, rounds)
     if meshes.spent(rounds):
-        return "budget"
+        return Step(None, planned.policy, "budget")
 
     recovery = planned.policy.after_failure(solved, mesh, accuracy)
     if recovery is None:
-        return "failure"
+        return Step(None, planned.policy, "failure")
     other, following = recovery
-    return _Step(following, other, rough=planned.rough)
+    return Step(following, other, rough=planned.rough)
 
 
-def _gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, rough: bool) -> float:
+def gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, rough: bool) -> float:
     """How far above the least objective of its mesh the next round may end, relative."""
     if not rough:
         return _NEAR * accuracy.objective

@@ -1,0 +1,206 @@
+"""Expressions of a statement that jump where a comparison, a sign or a rounded number changes.
+
+At such an instant the costates jump too, by an amount that depends on how the crossing moves
+(Bryson and Ho, "Applied Optimal Control", 1975, section 3.7). The nonlinear program has no
+derivative that tells: its solution holds the dynamics, and need not be an optimum. Two phases that
+meet where the comparison changes state the same with derivatives.
+
+Whether an expression jumps is found by values alone. Where a comparison changes between two points
+that are drawn at random, the change is enclosed, and the expression is compared on both sides. One
+that only has a kink there, or goes over to a series, has one value. A comparison that none of the
+points changes is not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array, Integers
+from ocp.numerics.columnwise import columnwise
+from ocp.numerics.stepwise_operations import stepwise_operations
+from ocp.problem.symbols import (
+    Constant,
+    Signal,
+    Symbol,
+    Time,
+    Unknown,
+    is_number,
+    resolve,
+)
+from ocp.problem.texts import text_of
+
+# Points that are drawn, pairs of them between which a change is enclosed, and halvings until the
+# two ends differ by rounding
+_POINTS, _PAIRS, _HALVINGS = 33, 4, 60
+
+# Powers of ten between which the size of a symbol without limits is drawn
+_SIZES = (-2.0, 3.0)
+
+# What goes beyond limits of a range is drawn at these
+_AT_LIMITS = 0.25
+
+# Part of the largest value of an expression, up to which its two sides are the same
+_SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Discontinuity:
+    """A jump of an expression.
+
+    Attributes
+    ----------
+    phase : str
+        Along which it may happen; empty for an expression of numbers of the whole motion.
+    what : str
+        What jumps, in words.
+    cause : SX
+        What changes there, such as ``x < 2``.
+    depends : tuple of Symbol
+        What that depends on.
+    size : float
+        Of the jump, as a part of the largest value that was found of the expression.
+    free_times : bool
+        Whether the phase has a free time, so that a known one may be anywhere in it.
+    """
+
+    phase: str
+    what: str
+    cause: ca.SX
+    depends: tuple[Symbol, ...]
+    size: float
+    free_times: bool = False
+
+    @property
+    def moves(self) -> bool:
+        """Whether its place in the phase depends on the motion."""
+        held = (Constant,) if self.free_times else (Time, Constant)
+        return not all(isinstance(symbol, held) for symbol in self.depends)
+
+    @property
+    def sentence(self) -> str:
+        """What is wrong, and the remedy."""
+        where = f" of phase '{self.phase}'" if self.phase else ""
+        remedy = "state each side as a problem of its own, and compare them"
+        if self.phase:
+            remedy = "state two phases that meet there, linked by joined(first, second)"
+        if self.phase and all(isinstance(symbol, (Time, Constant)) for symbol in self.depends):
+            remedy += ", of which the later one may take no time"
+        return (
+            f"{self.what}{where} jumps where '{text_of(self.cause, 60)}' changes, which no "
+            f"derivative shows, so that the answer need not be an optimum: {remedy}, or a smooth "
+            "expression"
+        )
+
+
+def discontinuities(
+    phase: str,
+    named: Iterable[tuple[str, ca.SX]],
+    span: tuple[float, float] = (-np.inf, np.inf),
+    *,
+    free_times: bool = False,
+) -> tuple[Discontinuity, ...]:
+    """The jumps of some expressions, for each change of a comparison the largest.
+
+    Parameters
+    ----------
+    phase : str
+        Whose expressions they are; empty for those of numbers of the whole motion.
+    named : iterable of (str, SX)
+        Expressions, and what each is in words.
+    span : (float, float)
+        Between which times the phase is, as far as they are stated [s].
+    free_times : bool
+        Whether the phase has a free time.
+    """
+    texts, expressions = [], []
+    for what, expression in named:
+        texts.append(what)
+        expressions.append(expression)
+    if not expressions:
+        return ()
+    together = ca.vertcat(*expressions)
+    bare = ca.symvar(together)
+    stepwise = stepwise_operations(expressions, bare)
+    if stepwise is None:
+        return ()
+
+    symbols = {
+        symbol.symbol.element_hash(): symbol
+        for expression in expressions
+        for symbol in resolve(expression, "a statement")
+    }
+    points = _drawn([symbols[own.element_hash()] for own in bare], span)
+    inputs = [ca.vertcat(*bare, ca.SX(0, 1))]
+    causes = ca.Function("causes", inputs, [ca.densify(ca.vertcat(*stepwise.results))])
+    (values,) = columnwise(ca.Function("values", inputs, [ca.densify(together)]), points)
+    sizes = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
+    sizes = np.where(sizes > 0.0, sizes, 1.0)
+
+    low, high, numbers = _changes(causes, points)
+    if not numbers.size:
+        return ()
+    before, behind = (columnwise(causes, each)[0] for each in (low, high))
+    on_sides = (columnwise(stepwise.function, high, each)[0] for each in (before, behind))
+    jump = np.abs(np.subtract(*on_sides)) / sizes
+    jump = np.where(np.isfinite(jump), jump, 0.0)
+
+    found = []
+    for number in np.unique(numbers):
+        own = jump[numbers == number]
+        column = int(own.max(axis=0).argmax())
+        size = float(own[:, column].max())
+        if size > _SAME:
+            cause = stepwise.results[number]
+            depends = resolve(cause, "a comparison")
+            found.append(Discontinuity(phase, texts[column], cause, depends, size, free_times))
+    return tuple(found)
+
+
+def _drawn(symbols: Sequence[Symbol], span: tuple[float, float]) -> Array:
+    """Values of symbols, within limits that are numbers, the same in every run, (m, n)."""
+    random = np.random.default_rng(0)
+    points = random.standard_normal((_POINTS, len(symbols)))
+    points *= 10.0 ** random.uniform(*_SIZES, size=points.shape)
+    for column, symbol in zip(points.T, symbols, strict=True):
+        if isinstance(symbol, Constant):
+            column[:] = symbol.value
+            continue
+        lower, upper = span if isinstance(symbol, Time) else _limits(symbol)
+        if np.isfinite([lower, upper]).all():
+            # some values are the limits themselves: what jumps is often beside one of them
+            beyond = 0.0 if isinstance(symbol, Time) else _AT_LIMITS
+            shares = random.uniform(-beyond, 1.0 + beyond, size=_POINTS)
+            column[:] = lower + np.clip(shares, 0.0, 1.0) * (upper - lower)
+        elif np.isfinite(lower):
+            column[:] = lower + np.abs(column)
+        elif np.isfinite(upper):
+            column[:] = upper - np.abs(column)
+    return points
+
+
+def _limits(symbol: Symbol) -> tuple[float, float]:
+    """Those of a signal or an unknown that are numbers, infinite elsewhere."""
+    if not isinstance(symbol, (Signal, Unknown)):
+        return -np.inf, np.inf
+    lower = float(symbol.lower) if is_number(symbol.lower) else -np.inf
+    return lower, float(symbol.upper) if is_number(symbol.upper) else np.inf
+
+
+def _changes(causes: ca.Function, points: Array) -> tuple[Array, Array, Integers]:
+    """Pairs of points (c, n) that enclose changes to rounding, and the numbers of their causes."""
+    (found,) = columnwise(causes, points)
+    differ = (found[1:] != found[:-1]) & np.isfinite(found[1:] + found[:-1])
+    differ &= np.cumsum(differ, axis=0) <= _PAIRS
+    pairs, numbers = np.nonzero(differ)
+    low, high = points[pairs], points[pairs + 1]
+    rows = np.arange(numbers.size)
+    for _ in range(_HALVINGS if numbers.size else 0):
+        middle = 0.5 * (low + high)
+        same = columnwise(causes, middle)[0][rows, numbers] == found[pairs, numbers]
+        low = np.where(same[:, None], middle, low)
+        high = np.where(same[:, None], high, middle)
+    return low, high, numbers

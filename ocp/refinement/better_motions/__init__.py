@@ -1,1 +1,0 @@
-"""Motions that are better than an answer of the loop, for `ocp.refinement.reviews`."""
