@@ -14,6 +14,7 @@ returned, stored and drawn) and `analysis` (sensitivities, several starts, relax
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from ocp.accuracy import Accuracy
 from ocp.errors import (
     BudgetSpent,
     Collapsed,
@@ -52,7 +53,6 @@ from ocp.problem.symbols import (
     State,
     Unknown,
 )
-from ocp.refinement.accuracy import Accuracy
 
 if TYPE_CHECKING:
     from ocp.algorithm import collocate, solve
@@ -68,6 +68,8 @@ if TYPE_CHECKING:
     from ocp.analysis.scaling_report import scaling_report
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.analysis.starts.multistart import Audit, audit
+    from ocp.diagnostics.certificate import Certificate, certify
+    from ocp.diagnostics.tolerances import Tolerances
     from ocp.mesh.coarsening import coarsened
     from ocp.nlp.ipopt import Ipopt
     from ocp.nlp.solver import NlpSolver
@@ -78,8 +80,6 @@ if TYPE_CHECKING:
     from ocp.settings import Settings
     from ocp.solution.solution import Solution
     from ocp.solution.storage import load, save
-    from ocp.verification.certificate import Certificate, certify
-    from ocp.verification.tolerances import Tolerances
     from ocp.verification.verify import Verification
 
 # What states a problem is loaded now, and all else when it is first asked for: a program that only
@@ -108,8 +108,8 @@ _LATER = {
     "settings": ("Settings",),
     "solution.solution": ("Solution",),
     "solution.storage": ("load", "save"),
-    "verification.certificate": ("Certificate", "certify"),
-    "verification.tolerances": ("Tolerances",),
+    "diagnostics.certificate": ("Certificate", "certify"),
+    "diagnostics.tolerances": ("Tolerances",),
     "verification.verify": ("Verification",),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}

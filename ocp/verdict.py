@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import islice
 
+from ocp.estimates.missed_switches import displaced_remark
+from ocp.estimates.narrow_features import feature_remark
+from ocp.estimates.other_controls.promise import other_controls, others_remark
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.roomy_sizes import roomy_sizes
-from ocp.refinement.estimates.missed_switches import displaced_remark
-from ocp.refinement.estimates.narrow_features import feature_remark
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.other_controls.promise import other_controls, others_remark
 from ocp.refinement.refine import Refinement
 from ocp.refinement.reviews.unseen_features import features_of
 

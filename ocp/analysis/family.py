@@ -18,6 +18,9 @@ import numpy as np
 from ocp.algorithm import first_mesh, solve, solve_from
 from ocp.arrays import Array
 from ocp.errors import BudgetSpent, FamilyStopped, Interrupted, SolveFailed, StatementError
+from ocp.estimates.missed_slopes import missed_slopes
+from ocp.estimates.motion_errors import MotionErrors
+from ocp.estimates.narrow_features import may_hide, narrow_features
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
@@ -32,9 +35,6 @@ from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
 from ocp.refinement.better_motions.across_known_times import ends_at_known_times
 from ocp.refinement.better_motions.saddles import lower_motion, stationary_point
-from ocp.refinement.estimates.missed_slopes import missed_slopes
-from ocp.refinement.estimates.motion_errors import MotionErrors
-from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
 from ocp.refinement.policies.moving_mesh import (

@@ -32,6 +32,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.estimates.missed_slopes import missed_slopes
 from ocp.optimality.active_set import ACTIVE, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
@@ -41,7 +42,6 @@ from ocp.problem.end_limits import sides_closed_by_ends
 from ocp.problem.parameters import Parameters, limit_slopes
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import Between
-from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
 

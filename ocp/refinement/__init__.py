@@ -5,12 +5,11 @@ solves one mesh, in as many `attempts` as it takes and within the `budget`. A `s
 the solver finished, and `mesh_iteration` its record. `first_round` tries other starts on the first
 mesh, and `past_kinks` leads a solver that is lost among kinks, by a loop of its own.
 
-`estimates` say what is wrong with a mesh and where controls jump, `other_controls` what controls
-far away could gain, and `policies` make the next mesh. A refinement rule of one's own is a
-`policies.policy.RefinementPolicy`. `accuracy` is what is asked for, `endings` say when no finer
-mesh would help, and `stopped` makes the error of a refinement without an answer.
+`policies` make the next mesh. A refinement rule of one's own is a
+`policies.policy.RefinementPolicy`. `endings` say when no finer mesh would help, and `stopped` makes
+the error of a refinement without an answer.
 
-`unwrapping` takes whole turns out of angles, `raised_peaks` sets peaks to what the motion has
+`raised_peaks` sets peaks to what the motion has
 between its points, `better_motions` looks for what is lower than an answer, and `impulses` finds
 controls that need a limit.
 """

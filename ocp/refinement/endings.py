@@ -6,16 +6,16 @@ import itertools
 from collections.abc import Sequence
 from typing import Literal
 
+from ocp.accuracy import Accuracy
 from ocp.errors import Collapsed, NumericalTrouble, Unbounded
+from ocp.estimates.kink_crossings import NEAR
+from ocp.optimality.unwrapping import lost_angle
 from ocp.problem.display import with_unit
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.growth import growth
 from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import OVERPROMISE, VERIFIABLE_SLACK, SolvedMesh, is_refuted
-from ocp.refinement.unwrapping import lost_angle
 
 Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
 

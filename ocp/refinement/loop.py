@@ -14,11 +14,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.better_motions.across_known_times import across_known_times
 from ocp.refinement.endings import Ending, ending_of
 from ocp.refinement.first_round.first_answer import first_answer

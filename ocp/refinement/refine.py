@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ocp.accuracy import Accuracy
 from ocp.errors import BudgetSpent, Collapsed, Interrupted, SolveFailed, Unbounded
+from ocp.estimates.narrow_features import NarrowFeature
 from ocp.mesh.mesh import Mesh
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending
-from ocp.refinement.estimates.narrow_features import NarrowFeature
 from ocp.refinement.loop import History
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start

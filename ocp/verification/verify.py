@@ -42,7 +42,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Integers
+from ocp.estimates.excess_price import worth_of_excess
+from ocp.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.piecewise_polynomial import Lagrange, to_bernstein
@@ -53,9 +56,6 @@ from ocp.problem.kinks.epigraph import as_stated, raised_in
 from ocp.problem.kinks.raised_ends import without_raised_numbers
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.excess_price import worth_of_excess
-from ocp.refinement.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.scaling.far_sizes import near_limits
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins

@@ -31,9 +31,9 @@ from ocp import (
     peak,
     solve,
 )
+from ocp.diagnostics.minimum_principle import _largest_difference
 from ocp.errors import StatementError
 from ocp.optimality import multiplier_sets
-from ocp.verification.minimum_principle import _largest_difference
 
 
 def chain(**options):

@@ -22,8 +22,8 @@ from ocp import (
     joined,
     solve,
 )
+from ocp.estimates.narrow_features import NarrowFeature, feature_remark, mesh_that_sees
 from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
-from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_remark, mesh_that_sees
 
 _WIDTH = 1e-4  # of a motion of one second
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Settings, State, certify, solve
-from ocp.refinement.other_controls.promise import others_of_phase
+from ocp.estimates.other_controls.promise import others_of_phase
 
 x = State("x")
 throttle = Control("throttle", lower=-2, upper=2)

@@ -11,16 +11,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ocp.estimates.missed_switches import displaced_switches, held_far_away
+from ocp.estimates.other_controls.promise import promise_of_other_valleys
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.optimality.steps import steps_along
 from ocp.refinement.better_motions.held_crossings import held_crossing
-from ocp.refinement.estimates.missed_switches import displaced_switches, held_far_away
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.other_controls.promise import promise_of_other_valleys
 from ocp.transcription.packing import trajectory_of
 
 # Of the range of a signal: what merging intervals may change, at first, and where the solver does

@@ -15,13 +15,13 @@ from __future__ import annotations
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.estimates.constrained_arcs import changes_by_time
+from ocp.estimates.other_controls.dependence import are_tied
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import phase_costates
-from ocp.refinement.estimates.constrained_arcs import changes_by_time
-from ocp.refinement.other_controls.dependence import are_tied
 
 # Parts of a phase: over which the Hamiltonian is averaged on each side, and that are left out
 # beside a breakpoint, as they may hold the multipliers of the crossing itself

@@ -9,6 +9,7 @@ from math import inf
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.estimates.other_controls.promise import OtherControls, other_controls, promised_by
 from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, guess_by_lines, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.nlp.result import NlpResult
@@ -16,7 +17,6 @@ from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.iterate import iterate_of
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.other_controls.promise import OtherControls, other_controls, promised_by
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -187,7 +187,7 @@ def with_other_controls(
 ) -> Iterator[StartingPoint]:
     """A starting point from a motion with the best of the controls that were tried in its place.
 
-    None where no others are better. See `ocp.refinement.other_controls.promise`.
+    None where no others are better. See `ocp.estimates.other_controls.promise`.
     """
     found = trajectory_of(program, result.x, meshes.parameters)
     iterate = iterate_of(program, result, found)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ocp.accuracy import Accuracy
 from ocp.mesh.mesh import Mesh
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending
 from ocp.refinement.loop import (
     History,

@@ -23,7 +23,10 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.errors import Interrupted, SolveFailed
+from ocp.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
+from ocp.estimates.motion_errors import MotionErrors
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
@@ -33,10 +36,7 @@ from ocp.problem.kinks.surfaces import roundable_kinks
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.budget import Budget
-from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
-from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.loop import History, refine_meshes
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of

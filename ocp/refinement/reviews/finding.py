@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+from ocp.accuracy import Accuracy
+from ocp.estimates.narrow_features import NarrowFeature
 from ocp.mesh.mesh import Mesh
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending
-from ocp.refinement.estimates.narrow_features import NarrowFeature
 from ocp.refinement.loop import History
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh, best_of

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ocp.estimates.other_controls.promise import promise_of_other_valleys
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.better_motions.saddles import StationaryPoint, lower_motion, stationary_point
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.other_controls.promise import promise_of_other_valleys
 from ocp.refinement.reviews.finding import Candidate, Finding, Onward
 from ocp.refinement.solved_mesh import SolvedMesh
 

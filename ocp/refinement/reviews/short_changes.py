@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.refinement.other_controls.points_there import mesh_with_points_there
-from ocp.refinement.other_controls.promise import other_controls, promised_by
+from ocp.estimates.other_controls.points_there import mesh_with_points_there
+from ocp.estimates.other_controls.promise import other_controls, promised_by
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.reviews.finding import Candidate, Finding, Onward
 
 

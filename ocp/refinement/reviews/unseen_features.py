@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from ocp.optimality.steps import steps_along
-from ocp.problem.symbols import Constant
-from ocp.refinement.estimates.missed_slopes import missed_slopes
-from ocp.refinement.estimates.motion_errors import MotionErrors
-from ocp.refinement.estimates.narrow_features import (
+from ocp.estimates.missed_slopes import missed_slopes
+from ocp.estimates.motion_errors import MotionErrors
+from ocp.estimates.narrow_features import (
     NarrowFeature,
     mesh_that_sees,
     narrow_features,
 )
+from ocp.optimality.steps import steps_along
+from ocp.problem.symbols import Constant
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.reviews.finding import Candidate, Finding, Onward
 from ocp.refinement.solved_mesh import VERIFIABLE_SLACK, SolvedMesh

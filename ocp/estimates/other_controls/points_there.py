@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ocp.estimates.other_controls.promise import OtherControls
 from ocp.mesh.mesh import Mesh, with_points
-from ocp.refinement.other_controls.promise import OtherControls
 
 
 def mesh_with_points_there(mesh: Mesh, found: Sequence[OtherControls], names: list[str]) -> Mesh:

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from ocp.diagnostics.conditions import Condition, Evidence
+from ocp.diagnostics.tolerances import Tolerances
 from ocp.mesh.mesh import cut_in_two
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.settings import Settings
-from ocp.verification.conditions import Condition, Evidence
-from ocp.verification.tolerances import Tolerances
 
 # Where each interval is cut: by the golden section. Halves would have points where what oscillates
 # in time takes the same values again.

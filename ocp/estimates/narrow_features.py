@@ -15,19 +15,19 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.estimates.dense_panels import (
+    OF_PANEL,
+    DensePanels,
+    finite,
+    panels_of_phase,
+)
+from ocp.estimates.motion_errors import MotionErrors
 from ocp.mesh.mesh import Mesh, with_points
 from ocp.numerics.piecewise_polynomial import Lagrange
 from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.optimality.steps import owner_text, path_expressions
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
-from ocp.refinement.estimates.dense_panels import (
-    OF_PANEL,
-    DensePanels,
-    finite,
-    panels_of_phase,
-)
-from ocp.refinement.estimates.motion_errors import MotionErrors
 
 # Degree up to which a polynomial hides nothing between the points, and the operations of an
 # expression up to which it is worth to look whether it is one

@@ -14,6 +14,8 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.diagnostics.conditions import Condition, Evidence
+from ocp.diagnostics.tolerances import Tolerances
 from ocp.errors import Unbounded
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.active_set import limit_distances
@@ -24,9 +26,7 @@ from ocp.refinement.better_motions.saddles import lower_motion, stationary_point
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.settings import Settings
-from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.far_origins import far_origins
-from ocp.verification.tolerances import Tolerances
 
 # Part of its terms that is left of a sum where they cancel, from rounding alone. Where two limits
 # ask for the same, as a dry mass and a thrust of zero do, multipliers are not unique and may be

@@ -24,6 +24,8 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.estimates.dense_panels import OF_PANEL, DensePanels, finite, panels_of_phase
+from ocp.estimates.narrow_features import NarrowFeature, is_smooth, may_hide
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.numerics.expression_graph import summands
@@ -33,8 +35,6 @@ from ocp.optimality.active_set import ACTING, strongly_active
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import phase_costates
 from ocp.problem.symbols import TIME, Constant, Signal, Unknown
-from ocp.refinement.estimates.dense_panels import OF_PANEL, DensePanels, finite, panels_of_phase
-from ocp.refinement.estimates.narrow_features import NarrowFeature, is_smooth, may_hide
 from ocp.scaling.scales import Scales
 from ocp.transcription.transcribe import Transcription
 

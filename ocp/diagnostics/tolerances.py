@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 from ocp.errors import StatementError
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.keywords import checked_keywords
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 
 @checked_keywords({"corners": "write changes={value}"})

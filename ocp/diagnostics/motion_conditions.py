@@ -10,22 +10,22 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
+from ocp.diagnostics.conditions import Condition, Evidence
+from ocp.diagnostics.tolerances import Tolerances
+from ocp.estimates.excess_price import worth_of_excess
+from ocp.estimates.missed_slopes import missed_slopes
+from ocp.estimates.motion_errors import MotionErrors
+from ocp.estimates.narrow_features import NarrowFeature, feature_remark, narrow_features
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.number_steps import number_remark, number_steps
 from ocp.optimality.roomy_sizes import roomy_sizes
 from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.excess_price import worth_of_excess
-from ocp.refinement.estimates.missed_slopes import missed_slopes
-from ocp.refinement.estimates.motion_errors import MotionErrors
-from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_remark, narrow_features
 from ocp.scaling.far_sizes import ROOMY
-from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.far_origins import WITHIN
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
-from ocp.verification.tolerances import Tolerances
 from ocp.verification.verify import Verification, boundary_excesses, verify
 
 # Part of its scale that is the size of a peak of zero, as of an objective that is zero

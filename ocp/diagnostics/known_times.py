@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from ocp.diagnostics.conditions import Condition, Evidence
+from ocp.diagnostics.tolerances import Tolerances
 from ocp.refinement.better_motions.across_known_times import (
     ends_at_known_times,
     other_sides,
@@ -17,8 +19,6 @@ from ocp.refinement.better_motions.across_known_times import (
 )
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.settings import Settings
-from ocp.verification.conditions import Condition, Evidence
-from ocp.verification.tolerances import Tolerances
 
 
 def known_time_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:

@@ -15,21 +15,21 @@ from typing import Protocol
 
 import numpy as np
 
-from ocp.errors import StatementError
-from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.optimality.iterate import Iterate
-from ocp.optimality.multipliers import Multipliers, all_multipliers
-from ocp.verification.conditions import Condition, Evidence
-from ocp.verification.finer_mesh import finer_mesh_conditions
-from ocp.verification.known_times import known_time_conditions
-from ocp.verification.motion_conditions import motion_conditions, step_conditions
-from ocp.verification.optimality_conditions import optimality_conditions
-from ocp.verification.program_conditions import (
+from ocp.diagnostics.conditions import Condition, Evidence
+from ocp.diagnostics.finer_mesh import finer_mesh_conditions
+from ocp.diagnostics.known_times import known_time_conditions
+from ocp.diagnostics.motion_conditions import motion_conditions, step_conditions
+from ocp.diagnostics.optimality_conditions import optimality_conditions
+from ocp.diagnostics.program_conditions import (
     curvature_condition,
     peak_conditions,
     program_conditions,
 )
-from ocp.verification.tolerances import Tolerances
+from ocp.diagnostics.tolerances import Tolerances
+from ocp.errors import StatementError
+from ocp.mesh.trajectory import Evaluator, Trajectory
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import Multipliers, all_multipliers
 
 
 @dataclass(frozen=True, repr=False)

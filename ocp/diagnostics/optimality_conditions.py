@@ -1,6 +1,6 @@
 """The conditions of a certificate on the controls: Pontryagin's minimum principle, phase by phase.
 
-They are those of continuous time, on `ocp.verification.minimum_principle`. Those of the nonlinear
+They are those of continuous time, on `ocp.diagnostics.minimum_principle`. Those of the nonlinear
 program are in `program_conditions`.
 """
 
@@ -11,18 +11,18 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
+from ocp.diagnostics.conditions import Condition, Evidence
+from ocp.diagnostics.minimum_principle import MinimumPrinciple, minimum_principle
+from ocp.diagnostics.tolerances import Tolerances
+from ocp.estimates.other_controls.promise import other_controls, others_remark, promised_by
+from ocp.estimates.promised_gain import promised_gain
+from ocp.estimates.switch_detection import control_jumps
 from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier
 from ocp.problem.functionals import BoundaryValue, End, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.better_motions.held_crossings import held_crossing
-from ocp.refinement.estimates.promised_gain import promised_gain
-from ocp.refinement.estimates.switch_detection import control_jumps
-from ocp.refinement.other_controls.promise import other_controls, others_remark, promised_by
-from ocp.verification.conditions import Condition, Evidence
-from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
-from ocp.verification.tolerances import Tolerances
 
 # Fraction of a phase within which a jump is on a breakpoint
 _ON_BREAKPOINT = 1e-9
