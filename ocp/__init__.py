@@ -69,6 +69,9 @@ if TYPE_CHECKING:
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.analysis.starts.multistart import Audit, audit
     from ocp.diagnostics.certificate import Certificate, certify
+    from ocp.diagnostics.diagnostic import Diagnostic, Evidence
+    from ocp.diagnostics.finding import Finding
+    from ocp.diagnostics.second_solve import confirm
     from ocp.diagnostics.tolerances import Tolerances
     from ocp.mesh.coarsening import coarsened
     from ocp.nlp.ipopt import Ipopt
@@ -109,6 +112,9 @@ _LATER = {
     "solution.solution": ("Solution",),
     "solution.storage": ("load", "save"),
     "diagnostics.certificate": ("Certificate", "certify"),
+    "diagnostics.diagnostic": ("Diagnostic", "Evidence"),
+    "diagnostics.finding": ("Finding",),
+    "diagnostics.second_solve": ("confirm",),
     "diagnostics.tolerances": ("Tolerances",),
     "verification.verify": ("Verification",),
 }
@@ -136,9 +142,12 @@ __all__ = [
     "Collapsed",
     "Constant",
     "Control",
+    "Diagnostic",
+    "Evidence",
     "Family",
     "FamilyStopped",
     "FileError",
+    "Finding",
     "FixedMesh",
     "FrontPoint",
     "Functional",
@@ -192,6 +201,7 @@ __all__ = [
     "certify",
     "coarsened",
     "collocate",
+    "confirm",
     "family",
     "front",
     "homotopy",

@@ -342,7 +342,7 @@ def _solution(
     def verdict(calls: int) -> str:
         """The verdict. A warning names the line so many calls away, which solves or reads it."""
         passed = checked().verification.passed
-        said = verdict_on(meshes, refinement, fitted, bound) if passed else "unverified"
+        said = verdict_on(meshes, refinement, bound) if passed else "unverified"
         if remark := _remark_on_steps(meshes, iterate):
             said += f"; {remark}"
             warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=calls)

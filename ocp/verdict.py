@@ -1,42 +1,38 @@
 """The verdict of a verified answer: what it is the best of, and what is open or may be better.
 
 It is one line of words, the first of which say how far the answer was compared: ``local: best of 6
-starts``, or ``global`` where a proven bound is met. Then follow remarks.
+starts``, or ``global`` where a proven bound is met. Then follow remarks on what the solve has seen
+itself. What only a diagnostic tells is not claimed: a local answer ends with the words that it is
+not confirmed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice
 
-from ocp.estimates.missed_switches import displaced_remark
-from ocp.estimates.narrow_features import feature_remark
-from ocp.estimates.other_controls.promise import other_controls, others_remark
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.optimality.iterate import Iterate
-from ocp.optimality.roomy_sizes import roomy_sizes
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.refine import Refinement
-from ocp.refinement.reviews.unseen_features import features_of
+from ocp.verification.verify import NOT_CONFIRMED
 
 # Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
 # better themselves.
 BOUND_MET = 1e-5
 
 
-def verdict_on(
-    meshes: MeshSolver, refinement: Refinement, fitted: Iterate, bound: float | None
-) -> str:
+def verdict_on(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
     """The verdict of an answer that passed its verification.
 
     Parameters
     ----------
-    fitted : Iterate
-        The answer, with multipliers that fit its switches.
     bound : float or None
         A proven bound of the optimum [unit of the objective].
     """
-    return "; ".join((_compared(meshes, refinement, bound), *_remarks(meshes, refinement, fitted)))
+    parts = [_compared(meshes, refinement, bound), *_remarks(meshes, refinement)]
+    # what meets a proven bound needs no second opinion
+    if not parts[0].startswith("global"):
+        parts.append(NOT_CONFIRMED)
+    return "; ".join(parts)
 
 
 def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
@@ -58,34 +54,15 @@ def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -
     return verdict
 
 
-def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Iterator[str]:
-    """Sentences on what is open or may be better, though the answer is verified."""
-    iterate, adapts = refinement.best.iterate, meshes.settings.refinement.adapts
-    shortfall = _shortfall(meshes, refinement)
-    if shortfall:
+def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
+    """Sentences on what is open, though the answer is verified."""
+    if shortfall := _shortfall(meshes, refinement):
         yield shortfall
     if refinement.best.raised:
         yield (
             "its peaks count as high as they are between the points of the mesh, which costs "
             f"{refinement.best.raised:.0e} of the objective"
         )
-    if refinement.lower is not None and adapts:
-        yield (
-            f"it is a saddle point: a nearby motion reaches {refinement.lower:.6g}, but none was "
-            "found there that meets the dynamics and all limits between its points"
-        )
-    yield from (far.sentence for far in islice(roomy_sizes(iterate), 1))
-    others = list(other_controls(iterate, meshes.evaluator))
-    if told := others_remark(others, iterate):
-        yield told
-    # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
-    untried = adapts and not shortfall and not refinement.timed
-    if untried and (displaced := displaced_remark(fitted, meshes.evaluator)):
-        yield displaced
-    # no review of a fixed mesh looks for them
-    features = refinement.features if adapts else features_of(meshes, refinement.best)[0]
-    if missed := feature_remark(features, meshes.problem):
-        yield missed
 
 
 def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:

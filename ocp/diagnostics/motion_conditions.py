@@ -1,30 +1,22 @@
 """The conditions of a certificate on the motion: that it does what the statement asks for.
 
 The replayed motion is held against the statement, and the motion itself is looked at between its
-points (`motion_conditions`). Steps are told that no derivative shows (`step_conditions`).
+points.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from ocp.accuracy import Accuracy
-from ocp.diagnostics.conditions import Condition, Evidence
+from ocp.diagnostics.diagnostic import Evidence
+from ocp.diagnostics.finding import Finding
 from ocp.diagnostics.tolerances import Tolerances
 from ocp.estimates.excess_price import worth_of_excess
-from ocp.estimates.missed_slopes import missed_slopes
 from ocp.estimates.motion_errors import MotionErrors
-from ocp.estimates.narrow_features import NarrowFeature, feature_remark, narrow_features
 from ocp.optimality.iterate import Iterate
-from ocp.optimality.number_steps import number_remark, number_steps
-from ocp.optimality.roomy_sizes import roomy_sizes
-from ocp.optimality.steps import step_remark, steps_along
-from ocp.problem.problem import Problem
-from ocp.problem.symbols import Constant
-from ocp.scaling.far_sizes import ROOMY
-from ocp.verification.far_origins import WITHIN
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.verify import Verification, boundary_excesses, verify
 
@@ -32,9 +24,9 @@ from ocp.verification.verify import Verification, boundary_excesses, verify
 _OF_A_SCALE = 1e-3
 
 
-def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
-    """The motion against the statement: replayed, between its points, and at what they miss."""
-    iterate, evaluator = evidence.iterate, evidence.evaluator
+def motion_conditions(answer: Evidence) -> Iterator[Finding]:
+    """The motion against the statement: replayed, and between its points."""
+    iterate, evaluator, allowed = answer.iterate, answer.evaluator, answer.allowed
     simulated = simulate(iterate.problem, iterate.trajectory, iterate.scales.signals)
     replay = replayed(iterate.trajectory, simulated)
     verification = verify(iterate, simulated, replay, Accuracy(), evaluator)
@@ -42,29 +34,15 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
     )
 
-    # what follows is relative to the sizes of the signals
-    for taken in roomy_sizes(iterate):
-        ratio = taken.size / taken.of_motion
-        yield Condition(f"size of {taken.what}", ratio, ROOMY, taken.sentence)
-    yield Condition("replay", simulated.miss, allowed.replay, _replay_words(simulated))
+    yield Finding("replay", simulated.miss, allowed.replay, _replay_words(simulated))
     yield from _replayed_values(iterate, verification, allowed)
-    yield Condition(
+    yield Finding(
         "worth of the excess",
         worth_of_excess(iterate, between_points.excess),
         allowed.objective,
         "the excess of path constraints, bounds and peaks between the points, times their "
         "multipliers: what it gains of the objective, to first order",
     )
-
-    unseen = narrow_features(between_points, allowed.replay)
-    yield from _narrow("narrow features", unseen, allowed.replay, iterate.problem)
-    for far in verification.far_origins:
-        name = f"displacement of '{far.state}' in '{far.phase}'"
-        yield Condition(name, far.error, WITHIN, far.sentence)
-    slopes = missed_slopes(iterate, evaluator, allowed.gain)
-    hidden = (slope.feature for slope in slopes if not isinstance(slope.symbol, Constant))
-    name = "narrow features of what is multiplied by zero"
-    yield from _narrow(name, hidden, allowed.gain, iterate.problem)
 
     # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense = (value for _, _, value in verification.peaks)
@@ -74,9 +52,9 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
 
 def _replayed_values(
     iterate: Iterate, verification: Verification, allowed: Tolerances
-) -> Iterator[Condition]:
+) -> Iterator[Finding]:
     """What the replayed motion says of path constraints, of each peak and of the objective."""
-    yield Condition(
+    yield Finding(
         "path constraints",
         verification.excess,
         allowed.excess,
@@ -86,13 +64,13 @@ def _replayed_values(
     for peak, (name, stated, dense) in zip(iterate.problem.peaks, verification.peaks, strict=True):
         # a peak of zero has the size that is stated, or of what it might be
         size = max(abs(stated), peak.scale or _OF_A_SCALE * iterate.scales.functionals[peak])
-        yield Condition(
+        yield Finding(
             f"peak '{name}'",
             abs(dense - stated) / size,
             allowed.excess,
             f"its largest value on the replayed motion is {dense:.8g}, reported as {stated:.8g}",
         )
-    yield Condition(
+    yield Finding(
         "objective",
         abs(verification.replayed_objective - iterate.objective) / iterate.objective_size,
         allowed.objective,
@@ -100,19 +78,10 @@ def _replayed_values(
     )
 
 
-def _narrow(
-    name: str, found: Iterable[NarrowFeature], allowed: float, problem: Problem
-) -> Iterator[Condition]:
-    """The condition that narrow features break; none where there are none to tell of."""
-    features = list(found)
-    if remark := feature_remark(features, problem):
-        yield Condition(name, max(feature.size for feature in features), allowed, remark)
-
-
-def _problem_bounds(excesses: Mapping[str, float], allowed: Tolerances) -> Condition:
+def _problem_bounds(excesses: Mapping[str, float], allowed: Tolerances) -> Finding:
     """Bounds and links of the problem, by name how far each is exceeded, relative."""
     exceeded = [f"'{name}'" for name, excess in excesses.items() if not excess <= allowed.bounds]
-    return Condition(
+    return Finding(
         "problem bounds",
         float(np.max([0.0, *excesses.values()])),
         allowed.bounds,
@@ -130,17 +99,3 @@ def _replay_words(simulated: SimulatedMotion) -> str:
         f"the controls, replayed by another integrator from {begin}, miss the end state by this "
         f"part of its size; errors of the states grow up to {simulated.amplification:.1e} times"
     )
-
-
-def step_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
-    """Steps of the expressions, whose share in the costates the program does not have."""
-    iterate = evidence.iterate
-    steps = list(steps_along(iterate.problem, iterate.trajectory, evidence.evaluator))
-    if remark := step_remark(steps):
-        size = max(step.size for step in steps if step.unseen)
-        yield Condition("steps", size, allowed.steps, remark)
-    beside = list(number_steps(iterate, evidence.evaluator))
-    if remark := number_remark(beside):
-        size = max(step.size for step in beside)
-        name = "steps of other end values, times or parameters"
-        yield Condition(name, size, allowed.steps, remark)

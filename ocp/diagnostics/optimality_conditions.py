@@ -11,7 +11,8 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
-from ocp.diagnostics.conditions import Condition, Evidence
+from ocp.diagnostics.diagnostic import Evidence
+from ocp.diagnostics.finding import Finding
 from ocp.diagnostics.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.diagnostics.tolerances import Tolerances
 from ocp.estimates.other_controls.promise import other_controls, others_remark, promised_by
@@ -22,53 +23,48 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier
 from ocp.problem.functionals import BoundaryValue, End, PhaseTime
 from ocp.problem.symbols import TIME, Between
-from ocp.refinement.better_motions.held_crossings import held_crossing
 
 # Fraction of a phase within which a jump is on a breakpoint
 _ON_BREAKPOINT = 1e-9
 
 
-def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
-    """The minimum principle, phase by phase."""
-    iterate, informative = evidence.iterate, evidence.iterate.scheme.informative_multipliers
+def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
+    """The minimum principle, phase by phase, and what finer controls promise."""
+    iterate, allowed = answer.iterate, answer.allowed
+    informative = iterate.scheme.informative_multipliers
     strongest = strongest_multipliers(iterate)
     acting = [of_phase > ACTING for of_phase in strongest]
 
-    for index, costates in enumerate(evidence.multipliers.costates):
-        principle = minimum_principle(iterate, evidence.evaluator, costates, index, acting[index])
+    for index, costates in enumerate(answer.multipliers.costates):
+        principle = minimum_principle(iterate, answer.evaluator, costates, index, acting[index])
         yield from _between_changes(principle, allowed)
         yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
-        yield from _end_values(evidence, principle, index, allowed)
+        yield from _end_values(answer, principle, index, allowed)
         if informative and principle.acting.any():
-            yield Condition(
+            yield Finding(
                 f"where path constraints act in '{principle.name}': Hamiltonian",
                 principle.gain_on_arcs / iterate.objective_size,
                 allowed.gain,
                 "what moving breakpoints promises to gain by its changes, to first order, relative "
                 "to the objective",
             )
-        if promised := held_crossing(iterate, evidence.evaluator, index):
-            yield Condition(
-                f"crossings of kinks in '{principle.name}'",
-                promised,
-                allowed.crossings,
-                "what moving one by 1 % of the phase promises to gain, relative to the objective, "
-                "by the Hamiltonian's means before and after it: if it is more than allowed, a "
-                "breakpoint may hold the crossing at a wrong time; solve again with another number "
-                "of intervals, and compare",
-            )
 
-    # other schemes have multipliers that meet the principle on any mesh, see `finer_mesh`
+    # other schemes have multipliers that meet the principle on any mesh, see `second_solve`
     if informative:
-        yield Condition(
+        yield Finding(
             "finer controls",
-            promised_gain(iterate, evidence.evaluator, strongest),
+            promised_gain(iterate, answer.evaluator, strongest),
             allowed.gain,
             "what they promise to gain, and what limits cost that were moved inwards to hold "
             "between the points, to first order, relative to the objective",
         )
-    others = list(other_controls(iterate, evidence.evaluator))
-    yield Condition(
+
+
+def other_controls_condition(answer: Evidence) -> Iterator[Finding]:
+    """What controls far from those of the answer promise, each tried over its whole range."""
+    iterate, allowed = answer.iterate, answer.allowed
+    others = list(other_controls(iterate, answer.evaluator))
+    yield Finding(
         "other controls",
         promised_by(others, iterate),
         allowed.gain,
@@ -79,12 +75,12 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     )
 
 
-def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:
+def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Finding]:
     """What must hold strictly where the active set does not change."""
     count, name = int(principle.changes.sum()), principle.name
 
     # where changes take most of the time, the rest says little
-    yield Condition(
+    yield Finding(
         f"active-set changes of '{name}'",
         principle.share_judged_by_means(allowed.within, allowed.strict),
         allowed.changes,
@@ -95,7 +91,7 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
 
     # the Hamiltonian is constant only where time does not enter
     if principle.autonomous:
-        yield Condition(
+        yield Finding(
             f"between changes of '{name}': Hamiltonian",
             principle.drift_between_changes,
             allowed.within,
@@ -104,7 +100,7 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
         )
     # there is no slope where all intervals hold a change, and no curvature at the bounds
     if principle.slopes.size:
-        yield Condition(
+        yield Finding(
             f"between changes of '{name}': dH/du",
             principle.slope_between_changes,
             allowed.strict,
@@ -112,7 +108,7 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             "controls' bounds, relative to its terms",
         )
         if np.isfinite(principle.concavity):
-            yield Condition(
+            yield Finding(
                 f"curvature of '{name}'",
                 principle.concavity,
                 allowed.concave,
@@ -123,10 +119,10 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
 
 def _on_the_whole(
     principle: MinimumPrinciple, remark: str, allowed: Tolerances
-) -> Iterator[Condition]:
+) -> Iterator[Finding]:
     """What holds in the mean over the phase, changes of the active set included."""
     if principle.autonomous:
-        yield Condition(
+        yield Finding(
             f"Hamiltonian of '{principle.name}'",
             principle.drift,
             allowed.hamiltonian,
@@ -134,7 +130,7 @@ def _on_the_whole(
             + remark,
         )
     if principle.slopes.size:
-        yield Condition(
+        yield Finding(
             f"dH/du of '{principle.name}'",
             principle.mean_slope,
             allowed.slope,
@@ -164,10 +160,10 @@ def _undetermined_jumps(iterate: Iterate, index: int) -> str:
 
 
 def _end_values(
-    evidence: Evidence, principle: MinimumPrinciple, index: int, allowed: Tolerances
-) -> Iterator[Condition]:
+    answer: Evidence, principle: MinimumPrinciple, index: int, allowed: Tolerances
+) -> Iterator[Finding]:
     """Transversality: ``H = -dJ/dt`` at a free final time, ``dJ/dt`` at a free initial one."""
-    columns = evidence.iterate.transcription.columns.phases[index]
+    columns = answer.iterate.transcription.columns.phases[index]
     if columns.ends is None:
         return
     statement = columns.phase
@@ -182,11 +178,11 @@ def _end_values(
 
         # the time acts through its own bounds, through what is stated of the ends, and where the
         # phase is as short as it may be
-        slope = evidence.bound_multiplier(columns.ends[node])
-        slope -= sign * duration_multiplier(evidence.iterate, index)
-        slope += _slope_by_time(evidence, principle.name, end)
+        slope = answer.bound_multiplier(columns.ends[node])
+        slope -= sign * duration_multiplier(answer.iterate, index)
+        slope += _slope_by_time(answer, principle.name, end)
         found = principle.mean if principle.autonomous else principle.ends[node]
-        yield Condition(
+        yield Finding(
             f"Hamiltonian at the {end} of '{principle.name}'",
             abs(found - sign * slope) / max(principle.size, abs(slope)),
             allowed.hamiltonian,
@@ -194,9 +190,9 @@ def _end_values(
         )
 
 
-def _slope_by_time(evidence: Evidence, phase: str, end: End) -> float:
+def _slope_by_time(answer: Evidence, phase: str, end: End) -> float:
     """Slope of objective, bounds and links by an end time, through the time and end values."""
-    iterate, evaluator = evidence.iterate, evidence.evaluator
+    iterate, evaluator = answer.iterate, answer.evaluator
     last = iterate.trajectory.phase(phase).intervals - 1
     interval, tau = (0, 0.0) if end == "start" else (last, 1.0)
 
@@ -206,7 +202,7 @@ def _slope_by_time(evidence: Evidence, phase: str, end: End) -> float:
             continue
         if (functional.phase, functional.end) != (phase, end):
             continue
-        share = evidence.slope(functional)
+        share = answer.slope(functional)
         if isinstance(functional, BoundaryValue):
             # the value depends on the time by itself, beside the state that moves with it
             by_time = ca.densify(ca.jacobian(functional.expression, TIME.symbol))

@@ -52,15 +52,9 @@ class Tolerances:
         Negative curvature of the Hamiltonian by a free control: rounding of a few products.
     gain : float
         What a better motion promises to gain, relative to the objective: by finer or other
-        controls, by other breakpoints where a path constraint acts, or beside a saddle. It is ten
-        times the default of a solve, because such a promise is of first order, and often ten times
-        what is gained.
-    crossings : float
-        What moving the crossing of a raised kink by 1 % of its phase promises to gain, relative to
-        the objective. The gain itself is far less, as the promise falls to nothing on the way.
-    steps : float
-        Step of a rate, integrand or constraint whose time depends on the motion, relative to its
-        largest value: what is left where two branches are meant to be one function.
+        controls, or by other breakpoints where a path constraint acts. It is ten times the default
+        of a solve, because such a promise is of first order, and often ten times what is gained.
+        The same for what a second solve reaches.
     peak : float
         Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
         Lagrangian by the peak.
@@ -86,8 +80,6 @@ class Tolerances:
     changes: float = 0.5
     concave: float = 1e-6
     gain: float = CERTIFIED_GAIN
-    crossings: float = 2e-4
-    steps: float = 1e-6
     peak: float = 1e-5
 
     def __post_init__(self) -> None:

@@ -61,6 +61,9 @@ from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins
 from ocp.verification.simulation import SimulatedMotion
 
+# The end of a verdict that no second solve stands behind
+NOT_CONFIRMED = "not confirmed (ocp.certify)"
+
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
 # the way to its end.
 _SLACK = 10.0

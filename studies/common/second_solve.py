@@ -1,0 +1,139 @@
+"""A second, different solve of an answer that is about to be printed.
+
+It takes about the time of the solve itself, and is asked after the answer is there, so that a user
+who does not wait for it has the answer all the same.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from ocp import (
+    Certificate,
+    Constant,
+    Interrupted,
+    OcpError,
+    Settings,
+    Solution,
+    Tolerances,
+    Trajectory,
+    certify,
+    confirm,
+    solve,
+)
+from ocp.diagnostics.optimality_conditions import other_controls_condition
+from studies.common.console import Console
+from studies.common.result import Criterion
+
+NAME = "a second solve"
+
+# [s] for a solve of less: a busy machine should end it, too
+LEAST_SECONDS = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class SecondSolve:
+    """What came of it.
+
+    Attributes
+    ----------
+    solution : Solution
+        The answer to print: the first one, or the one that the better motion led to.
+    check : Criterion
+        Whether it holds; what could not be finished does not fail.
+    interrupted : bool
+        Whether the user stopped it.
+    """
+
+    solution: Solution
+    check: Criterion
+    interrupted: bool = False
+
+
+def second_solve(
+    solution: Solution,
+    settings: Settings,
+    console: Console,
+    *,
+    constants: Mapping[Constant, float] | None = None,
+    gain: float = Tolerances().gain,
+) -> SecondSolve:
+    """Confirm an answer; where a better motion is found, solve once from there.
+
+    Parameters
+    ----------
+    settings, constants
+        Of the solve.
+    gain : float
+        Part of the objective that a better answer may have more.
+    """
+    begin = clock.monotonic()
+    console.progress("a second solve, on another mesh and from beside the answer")
+    seconds = max(solution.seconds, LEAST_SECONDS)
+    asked = partial(confirm, seconds=seconds, progress=console.live), other_controls_condition
+    try:
+        certificate = certify(solution, Tolerances(gain=gain), diagnostics=asked)
+        better = _from(certificate.start, solution, settings, constants, console)
+    except (KeyboardInterrupt, Interrupted):
+        return SecondSolve(solution, _criterion("stopped by the user", math.nan, gain), True)
+
+    took = f"{clock.monotonic() - begin:.1f} s"
+    if better is not None:
+        found = solution.problem.sense * (solution.objective - better.objective)
+        size = solution.kept_iterate.objective_size
+        said = f"it was better by {found / size:.1e} of the objective, and is the answer now"
+        return SecondSolve(better, _criterion(f"{said} ({took})", math.nan, gain))
+    return SecondSolve(solution, _said(certificate, took, gain))
+
+
+def _from(
+    start: Trajectory | None,
+    before: Solution,
+    settings: Settings,
+    constants: Mapping[Constant, float] | None,
+    console: Console,
+) -> Solution | None:
+    """The better, verified answer that a motion leads to; None if there is none."""
+    if start is None:
+        return None
+    console.progress("a second solve found a better motion: solving from there")
+    try:
+        found = solve(
+            before.problem,
+            settings=settings,
+            guess=start,
+            constants=constants,
+            progress=console.live,
+        )
+    except Interrupted:
+        raise
+    except OcpError as error:
+        console.progress(f"from there: {error}")
+        return None
+    better = found.problem.sense * (before.objective - found.objective) > 0
+    return found if better and found.verification.passed else None
+
+
+def _said(certificate: Certificate, took: str, gain: float) -> Criterion:
+    """What findings say, the worst of them first."""
+    wrong = [check for check in certificate.checks if not (check.passed or check.open)]
+    if wrong:
+        sentences = "; ".join(f"{check.name}: {check.sentence}" for check in wrong)
+        worst = max(check.value for check in wrong)
+        return _criterion(f"{sentences} ({took})", worst, gain)
+    unfinished = [check.sentence for check in certificate.checks if check.open]
+    if unfinished:
+        return _criterion(f"open: {'; '.join(unfinished)} ({took})", math.nan, gain)
+    worst = max(check.value for check in certificate.checks)
+    return _criterion(f"confirmed within {worst:.1e} of the objective ({took})", worst, gain)
+
+
+def _criterion(words: str, value: float, gain: float) -> Criterion:
+    """A criterion that fails by a number alone."""
+    passed = not value > gain
+    begin = "passed" if passed else "FAILED"
+    return Criterion(NAME, "1", value, gain, passed, f"{begin}: {NAME}: {words}")
