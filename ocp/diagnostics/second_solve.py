@@ -45,8 +45,8 @@ _SHARE = (3.0 - math.sqrt(5.0)) / 2.0
 _LEFT = _SHARE**2 + (1.0 - _SHARE) ** 2
 
 # How far beside the answer the runs start, in scales of the unknowns: on both sides, as a motion
-# may be left downhill on one alone, and once so far that the run sees no more than its basin.
-_BESIDE = (1e-2, -1e-2, 0.3)
+# may be left downhill on one alone.
+_BESIDE = (1e-2, -1e-2)
 
 # Part of the tolerance on the objective by which a run may end above its least value
 _ABOVE = 0.1

@@ -61,6 +61,7 @@ def second_solve(
     *,
     constants: Mapping[Constant, float] | None = None,
     gain: float = Tolerances().gain,
+    name: str = NAME,
 ) -> SecondSolve:
     """Confirm an answer; where a better motion is found, solve once from there.
 
@@ -70,24 +71,28 @@ def second_solve(
         Of the solve.
     gain : float
         Part of the objective that a better answer may have more.
+    name : str
+        Of the check, where several answers are asked.
     """
     begin = clock.monotonic()
-    console.progress("a second solve, on another mesh and from beside the answer")
+    console.progress(f"{name}, on another mesh and from beside the answer")
     seconds = max(solution.seconds, LEAST_SECONDS)
     asked = partial(confirm, seconds=seconds, progress=console.live), other_controls_condition
     try:
         certificate = certify(solution, Tolerances(gain=gain), diagnostics=asked)
         better = _from(certificate.start, solution, settings, constants, console)
     except (KeyboardInterrupt, Interrupted):
-        return SecondSolve(solution, _criterion("stopped by the user", math.nan, gain), True)
+        stopped = _criterion(name, "stopped by the user", math.nan, gain)
+        return SecondSolve(solution, stopped, interrupted=True)
 
-    took = f"{clock.monotonic() - begin:.1f} s"
+    found = SecondSolve(solution, _said(name, certificate, gain))
     if better is not None:
-        found = solution.problem.sense * (solution.objective - better.objective)
-        size = solution.kept_iterate.objective_size
-        said = f"it was better by {found / size:.1e} of the objective, and is the answer now"
-        return SecondSolve(better, _criterion(f"{said} ({took})", math.nan, gain))
-    return SecondSolve(solution, _said(certificate, took, gain))
+        gained = solution.problem.sense * (solution.objective - better.objective)
+        part = gained / solution.kept_iterate.objective_size
+        words = f"it was better by {part:.1e} of the objective, and is the answer now"
+        found = SecondSolve(better, _criterion(name, words, math.nan, gain))
+    console.progress(f"{found.check.sentence}, {clock.monotonic() - begin:.1f} s")
+    return found
 
 
 def _from(
@@ -118,22 +123,22 @@ def _from(
     return found if better and found.verification.passed else None
 
 
-def _said(certificate: Certificate, took: str, gain: float) -> Criterion:
+def _said(name: str, certificate: Certificate, gain: float) -> Criterion:
     """What findings say, the worst of them first."""
     wrong = [check for check in certificate.checks if not (check.passed or check.open)]
     if wrong:
         sentences = "; ".join(f"{check.name}: {check.sentence}" for check in wrong)
         worst = max(check.value for check in wrong)
-        return _criterion(f"{sentences} ({took})", worst, gain)
+        return _criterion(name, f"{sentences}", worst, gain)
     unfinished = [check.sentence for check in certificate.checks if check.open]
     if unfinished:
-        return _criterion(f"open: {'; '.join(unfinished)} ({took})", math.nan, gain)
+        return _criterion(name, f"open: {'; '.join(unfinished)}", math.nan, gain)
     worst = max(check.value for check in certificate.checks)
-    return _criterion(f"confirmed within {worst:.1e} of the objective ({took})", worst, gain)
+    return _criterion(name, f"confirmed within {worst:.1e} of the objective", worst, gain)
 
 
-def _criterion(words: str, value: float, gain: float) -> Criterion:
+def _criterion(name: str, words: str, value: float, gain: float) -> Criterion:
     """A criterion that fails by a number alone."""
     passed = not value > gain
     begin = "passed" if passed else "FAILED"
-    return Criterion(NAME, "1", value, gain, passed, f"{begin}: {NAME}: {words}")
+    return Criterion(name, "1", value, gain, passed, f"{begin}: {name}: {words}")

@@ -118,7 +118,7 @@ def test_nothing_is_taken_over_but_the_motion():
     assert all(start.multipliers is None for _, start in solver.starts)
     assert all(program.variables > 1.5 * own.x.size for program, _ in solver.starts)
     # beside the motion, to both sides
-    assert len(points) == 3
+    assert len(points) == 2
     assert np.abs(points[0] - points[1]).max() > 1e-2
 
 
