@@ -31,6 +31,9 @@ from studies.common.result import Criterion
 
 NAME = "a second solve"
 
+# Part of what a better answer may have more: less than that is left by the accuracy of a solve
+_LEFT_BY_A_SOLVE = 0.1
+
 # [s] for a solve of less: a busy machine should end it, too
 LEAST_SECONDS = 5.0
 
@@ -80,15 +83,15 @@ def second_solve(
     asked = partial(confirm, seconds=seconds, progress=console.live), other_controls_condition
     try:
         certificate = certify(solution, Tolerances(gain=gain), diagnostics=asked)
-        better = _from(certificate.start, solution, settings, constants, console)
+        least = _LEFT_BY_A_SOLVE * gain
+        better = _from(certificate.start, solution, settings, constants, least, console)
     except (KeyboardInterrupt, Interrupted):
         stopped = _criterion(name, "stopped by the user", math.nan, gain)
         return SecondSolve(solution, stopped, interrupted=True)
 
     found = SecondSolve(solution, _said(name, certificate, gain))
     if better is not None:
-        gained = solution.problem.sense * (solution.objective - better.objective)
-        part = gained / solution.kept_iterate.objective_size
+        part = _gain(solution, better)
         words = f"it was better by {part:.1e} of the objective, and is the answer now"
         found = SecondSolve(better, _criterion(name, words, math.nan, gain))
     console.progress(f"{found.check.sentence}, {clock.monotonic() - begin:.1f} s")
@@ -100,9 +103,10 @@ def _from(
     before: Solution,
     settings: Settings,
     constants: Mapping[Constant, float] | None,
+    least: float,
     console: Console,
 ) -> Solution | None:
-    """The better, verified answer that a motion leads to; None if there is none."""
+    """The verified answer that a motion leads to, if it is better by a least part; else None."""
     if start is None:
         return None
     console.progress("a second solve found a better motion: solving from there")
@@ -119,8 +123,14 @@ def _from(
     except OcpError as error:
         console.progress(f"from there: {error}")
         return None
-    better = found.problem.sense * (before.objective - found.objective) > 0
+    better = _gain(before, found) > least
     return found if better and found.verification.passed else None
+
+
+def _gain(before: Solution, after: Solution) -> float:
+    """Part of the objective by which an answer is better than one before."""
+    gained = before.problem.sense * (before.objective - after.objective)
+    return gained / before.kept_iterate.objective_size
 
 
 def _said(name: str, certificate: Certificate, gain: float) -> Criterion:
