@@ -15,6 +15,7 @@ bounds between the points, certificate), `solution` (what is returned, stored an
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from ocp.accuracy import Accuracy
 from ocp.errors import (
     BudgetSpent,
     Collapsed,
@@ -53,7 +54,6 @@ from ocp.problem.symbols import (
     State,
     Unknown,
 )
-from ocp.refinement.accuracy import Accuracy
 
 if TYPE_CHECKING:
     from ocp.algorithm import collocate, solve
@@ -69,6 +69,11 @@ if TYPE_CHECKING:
     from ocp.analysis.scaling_report import scaling_report
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.analysis.starts.multistart import Audit, audit
+    from ocp.diagnostics.certificate import Certificate, certify
+    from ocp.diagnostics.diagnostic import Diagnostic, Evidence
+    from ocp.diagnostics.finding import Finding
+    from ocp.diagnostics.second_solve import confirm
+    from ocp.diagnostics.tolerances import Tolerances
     from ocp.mesh.coarsening import coarsened
     from ocp.nlp.ipopt import Ipopt
     from ocp.nlp.solver import NlpSolver
@@ -80,8 +85,6 @@ if TYPE_CHECKING:
     from ocp.settings import Settings
     from ocp.solution.solution import Solution
     from ocp.solution.storage import load, save
-    from ocp.verification.certificate import Certificate, certify
-    from ocp.verification.tolerances import Tolerances
     from ocp.verification.verify import Verification
 
 # What states a problem is loaded now, and all else when it is first asked for: a program that only
@@ -111,8 +114,11 @@ _LATER = {
     "settings": ("Settings",),
     "solution.solution": ("Solution",),
     "solution.storage": ("load", "save"),
-    "verification.certificate": ("Certificate", "certify"),
-    "verification.tolerances": ("Tolerances",),
+    "diagnostics.certificate": ("Certificate", "certify"),
+    "diagnostics.diagnostic": ("Diagnostic", "Evidence"),
+    "diagnostics.finding": ("Finding",),
+    "diagnostics.second_solve": ("confirm",),
+    "diagnostics.tolerances": ("Tolerances",),
     "verification.verify": ("Verification",),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
@@ -139,9 +145,12 @@ __all__ = [
     "Collapsed",
     "Constant",
     "Control",
+    "Diagnostic",
+    "Evidence",
     "Family",
     "FamilyStopped",
     "FileError",
+    "Finding",
     "FixedMesh",
     "FrontPoint",
     "Functional",
@@ -197,6 +206,7 @@ __all__ = [
     "certify",
     "coarsened",
     "collocate",
+    "confirm",
     "family",
     "front",
     "homotopy",

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, get_args
 
+from ocp.accuracy import Accuracy
 from ocp.errors import StatementError
 from ocp.keywords import Remedy, as_written, checked_keywords
 from ocp.nlp.ipopt import Ipopt
@@ -15,7 +16,6 @@ from ocp.nlp.solver import NlpSolver
 from ocp.numerics.schemes import SCHEMES, Radau, Scheme
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Piecewise, is_real
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import RefinementPolicy
 from ocp.reformulate.reformulation import Reformulation

@@ -1,16 +1,19 @@
 """The verdict of a verified answer: what it is the best of, and what is open or may be better.
 
 It is one line of words, the first of which say how far the answer was compared: ``local: best of 6
-starts``, or ``global`` where a proven bound is met. Then follow remarks.
+starts``, or ``global`` where a proven bound is met. Then follow remarks on what the solve has seen
+itself. What only a diagnostic tells is not claimed: a local answer ends with the words that it is
+not confirmed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.refine import Refinement
+from ocp.verification.verify import NOT_CONFIRMED
 
 # Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
 # better themselves.
@@ -25,7 +28,11 @@ def verdict_on(meshes: MeshSolver, refinement: Refinement, bound: float | None) 
     bound : float or None
         A proven bound of the optimum [unit of the objective].
     """
-    return "; ".join((_compared(meshes, refinement, bound), *_remarks(meshes, refinement)))
+    parts = [_compared(meshes, refinement, bound), *_remarks(meshes, refinement)]
+    # what meets a proven bound needs no second opinion
+    if not parts[0].startswith("global"):
+        parts.append(NOT_CONFIRMED)
+    return "; ".join(parts)
 
 
 def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
@@ -48,9 +55,8 @@ def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -
 
 
 def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
-    """Sentences on what is open or may be better, though the answer is verified."""
-    shortfall = _shortfall(meshes, refinement)
-    if shortfall:
+    """Sentences on what is open, though the answer is verified."""
+    if shortfall := _shortfall(meshes, refinement):
         yield shortfall
     if refinement.best.raised:
         yield (

@@ -43,6 +43,7 @@ SHOWS = {
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",
     "engine-swings": "benchmarks.shows.engine.stated:SWINGS",
     "engine-spoilt": "benchmarks.shows.engine.spoilt",
+    "engine-planted": "benchmarks.shows.engine.planted",
     "engine-large": "benchmarks.shows.engine.large",
     "engine-shared": "benchmarks.shows.engine.stated:SHARED",
 }

@@ -58,7 +58,7 @@ rooms = (
     ("nlp", "IPOPT, failures said in words"),
     ("optimality", "multipliers, costates, Hamiltonian"),
     ("refinement", "errors between the points, switches, the next mesh"),
-    ("verification", "independent replay, bounds, certificate"),
+    ("verification", "independent replay, bounds between the points"),
     ("solution", "values at any time, save and load"),
 )
 for row, (name, text) in enumerate(rooms):

@@ -18,6 +18,7 @@ import numpy as np
 from ocp.algorithm import first_mesh, solve, solve_from, told_of
 from ocp.arrays import Array
 from ocp.errors import BudgetSpent, FamilyStopped, Interrupted, SolveFailed, StatementError
+from ocp.estimates.motion_errors import MotionErrors
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
@@ -29,7 +30,6 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
-from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
 from ocp.refinement.policies.moving_mesh import (

@@ -23,6 +23,7 @@ from ocp.analysis.limit_names import LimitNames
 from ocp.analysis.loosening.limit_slack import LimitSlack, Side
 from ocp.analysis.loosening.loosened import Loosening
 from ocp.errors import SolveFailed
+from ocp.estimates.motion_errors import MotionErrors
 from ocp.keywords import checked_keywords
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.trajectory import Trajectory
@@ -30,7 +31,6 @@ from ocp.optimality.active_set import path_multiplier_sums
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.progress import Progress
-from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import FixedMesh
 from ocp.scaling.automatic import scales_of

@@ -5,7 +5,7 @@ that the objective adds up. Path constraints ``c`` are not part of it. Their mul
 slope ``H_u + sum mu c_u``, which vanishes at an optimum (Bryson and Ho, "Applied Optimal Control",
 ch. 2 and 3), so that ``c_u`` is given beside ``H_u``. It is built once for a phase. The estimate of
 what finer controls gain (`ocp.optimality.control_gains`) and the test of the minimum principle
-(`ocp.verification.minimum_principle`) evaluate it.
+(`ocp.diagnostics.minimum_principle`) evaluate it.
 """
 
 from __future__ import annotations

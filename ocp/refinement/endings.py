@@ -5,10 +5,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
+from ocp.accuracy import Accuracy
 from ocp.errors import Collapsed, NumericalTrouble, Unbounded
+from ocp.estimates.kink_crossings import NEAR
+from ocp.optimality.unwrapping import lost_angle
 from ocp.problem.display import with_unit
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.growth import growth
 from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_solver import MeshSolver
@@ -20,7 +21,6 @@ from ocp.refinement.solved_mesh import (
     SolvedMesh,
     is_refuted,
 )
-from ocp.refinement.unwrapping import lost_angle
 
 # Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too, and
 # after which a motion that has shrunk to next to no time will not grow.

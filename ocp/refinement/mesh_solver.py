@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from ocp.arrays import Array
+from ocp.estimates.error_estimate import estimate_errors
 from ocp.later import later
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
@@ -15,17 +16,16 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import Listener, NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.optimality.unwrapping import unwrapped
 from ocp.optimality.warm_start import carried_multipliers
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.progress import Progress
 from ocp.refinement.attempts import with_retries
 from ocp.refinement.budget import Budget
-from ocp.refinement.estimates.error_estimate import estimate_errors
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.sizes_after import is_zero, scales_after
 from ocp.refinement.solved_mesh import SolvedMesh
-from ocp.refinement.unwrapping import unwrapped
 from ocp.scaling.automatic import scales_of
 from ocp.scaling.scales import Scales
 from ocp.settings import Settings

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.first_round.starts import MeshAnswer
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start

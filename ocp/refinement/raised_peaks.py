@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ocp.accuracy import Accuracy
+from ocp.estimates.error_estimate import estimate_errors
+from ocp.estimates.excess_price import is_affordable
 from ocp.problem.functionals import Peak
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.error_estimate import estimate_errors
-from ocp.refinement.estimates.excess_price import is_affordable
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh, best_of
 from ocp.transcription.kernels import evaluated

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ocp.accuracy import Accuracy
 from ocp.mesh.mesh import Mesh
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import ending_of
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import MeshAnswer, MeshRound

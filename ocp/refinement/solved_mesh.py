@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from ocp.accuracy import Accuracy
+from ocp.estimates.error_estimate import MeshErrors
+from ocp.estimates.kink_crossings import NEAR
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.later import lazy_fields
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.error_estimate import MeshErrors
-from ocp.refinement.estimates.kink_crossings import NEAR
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.scaling.far_sizes import roomy
 
 # Factor by which constraints may miss their tolerance in a mesh iteration that is good enough to be

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ocp.accuracy import Accuracy
 from ocp.errors import BudgetSpent, Interrupted
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import failure
 from ocp.nlp.result import NlpResult
 from ocp.problem.problem import Problem
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.raised_peaks import verifiable

@@ -10,6 +10,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
+from ocp.estimates.motion_errors import dense_peak
 from ocp.keywords import checked_methods
 from ocp.later import lazy_fields
 from ocp.mesh.dense_integral import dense_integral
@@ -22,7 +23,6 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
 from ocp.problem.vectors import Vector
-from ocp.refinement.estimates.motion_errors import dense_peak
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.reformulate.form import Form
 from ocp.verification.simulation import SimulatedMotion

@@ -43,7 +43,10 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Integers
+from ocp.estimates.excess_price import worth_of_excess
+from ocp.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.piecewise_polynomial import Lagrange, to_bernstein
@@ -51,12 +54,12 @@ from ocp.numerics.polynomial_expressions import largest, polynomial_degree
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.symbols import TIME, resolve
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.excess_price import worth_of_excess
-from ocp.refinement.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.scaling.far_sizes import near_limits
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.replayed_answer import ReplayedAnswer
+
+# The end of a verdict that no second solve stands behind
+NOT_CONFIRMED = "not confirmed (ocp.certify)"
 
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
 # the way to its end.

@@ -35,6 +35,8 @@ from studies.codesign.requirements import LEAST_RATIO, Requirement
 from studies.common.console import Console, number
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.processes.side_by_side import allowed_processes, script_left_out
+from studies.common.result import Criterion
+from studies.common.second_solve import second_solve
 from studies.truss.config import TrussStudy
 from studies.truss.motions.starts import KINDS, starting_motion
 from studies.truss.problem import Statement, state
@@ -57,12 +59,14 @@ class BestDesign:
     statement : of the best one.
     design : its parameters that were free, by name.
     exact : whether the best one was solved to the engine's own accuracy, and not to `ROUGH` only.
+    second : what a second solve says of it, where the user did not stop before.
     """
 
     audit: Audit
     statement: Statement
     design: Mapping[str, float]
     exact: bool = True
+    second: tuple[Criterion, ...] = ()
 
 
 def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) -> BestDesign:
@@ -124,9 +128,13 @@ def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) 
 
     left = study.deployment.solver.seconds - (clock.monotonic() - begin)
     found, exact = _to_the_last_digits(found, settings, force, left, console)
+    second: tuple[Criterion, ...] = ()
+    if exact and not found.interrupted and found.optima[0].solution.verification.passed:
+        found, check = _a_second_time(found, settings, force, console)
+        second = (check,)
     best = found.optima[0].solution
     design = {u.name.replace(" ", "_"): best.value(u) for u in best.problem.unknowns}
-    return BestDesign(found, statements[best.problem], design, exact)
+    return BestDesign(found, statements[best.problem], design, exact, second)
 
 
 def _to_the_last_digits(
@@ -173,6 +181,21 @@ def _to_the_last_digits(
     return dataclasses.replace(
         found, trials=trials, optima=(better, *found.optima[1:]), interrupted=finer.interrupted
     ), True
+
+
+def _a_second_time(
+    found: Audit,
+    settings: Settings,
+    force: Callable[[Problem, Solution], float],
+    console: Console,
+) -> tuple[Audit, Criterion]:
+    """The audit with the answer that a second solve leaves, and what it says of it."""
+    best = found.optima[0]
+    second = second_solve(best.solution, settings, console)
+    solution = second.solution
+    kept = dataclasses.replace(best, solution=solution, value=force(solution.problem, solution))
+    optima = (kept, *found.optima[1:])
+    return dataclasses.replace(found, optima=optima, interrupted=second.interrupted), second.check
 
 
 def _unknowns(study: CodesignStudy, guess: Mapping[str, float]) -> dict[str, Unknown]:

@@ -174,6 +174,7 @@ def _result(made: Codesign) -> Result:
             *criteria(better, best),
             *_requirement_checks(made),
             engine_criterion(made.solution),
+            *made.found.second,
         ),
         costs_elsewhere=costs_elsewhere(table),
         remarks=(*_remarks(made), *tolerated(better, best), *_of_the_bars(better)),

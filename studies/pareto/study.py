@@ -18,7 +18,7 @@ from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
-from studies.common.result import Result
+from studies.common.result import Criterion, Result
 from studies.common.stops import kept
 from studies.pareto.columns import front_details, front_series, law_series
 from studies.pareto.config import ParetoStudy, configuration_of
@@ -112,16 +112,38 @@ def front_found(subject: TrussFront) -> Walked:
 
 
 def result_of(subject: TrussFront, walked: Walked) -> Result:
-    """The result that a front gives."""
-    return kept(lambda whole: _result(subject, walked, whole), walked.stopped)
+    """The result that a front gives, whose printed motions are solved a second time."""
+    walked, second = _a_second_time(subject, walked)
+    return kept(lambda whole: _result(subject, walked, second, whole), walked.stopped)
 
 
-def _result(subject: TrussFront, walked: Walked, whole: bool) -> Result:
+def _a_second_time(subject: TrussFront, walked: Walked) -> tuple[Walked, tuple[Criterion, ...]]:
+    """The front with its ends and its knee as second solves leave them, and what these say."""
+    points, checks = list(walked.front.points), []
+    places = {0: "one end", _chosen(walked.front): "the middle", len(points) - 1: "the other end"}
+    for place, words in places.items():
+        if walked.stopped:
+            break
+        points[place], second = subject.confirmed(points[place], f"a second solve of {words}")
+        checks.append(second.check)
+        walked = dataclasses.replace(walked, stopped=second.interrupted)
+    front = dataclasses.replace(walked.front, points=tuple(points))
+    return dataclasses.replace(walked, front=front), tuple(checks)
+
+
+def _chosen(front: Front) -> int:
+    """The point whose motion is shown: the knee, or the one in the middle."""
+    return len(front.points) // 2 if front.knee is None else front.knee
+
+
+def _result(
+    subject: TrussFront, walked: Walked, second: tuple[Criterion, ...], whole: bool
+) -> Result:
     """The result; the whole one has the curves of the laws, and else their points."""
     study, front = subject.study, walked.front
     axes = axis_of(subject.limited), axis_of(subject.least)
     bounds = np.array([subject.bound(p.x) or np.nan for p in front.points])
-    chosen = front.points[len(front.points) // 2 if front.knee is None else front.knee]
+    chosen = front.points[_chosen(front)]
     laws = laws_in(subject.truss, chosen.motion.deployment.law.duration)
     motion = _named(chosen, "knee" if front.knee is not None else "middle")
     ends = [
@@ -146,8 +168,11 @@ def _result(subject: TrussFront, walked: Walked, whole: bool) -> Result:
         costs_elsewhere=costs_elsewhere(table, also_found),
         bounds=proven,
         verdict=front_verdict(front, walked.stopped),
-        checks=checks_of_points(
-            "front", [p.y for p in front.points], QUANTITIES[subject.least].title, bounds
+        checks=(
+            *checks_of_points(
+                "front", [p.y for p in front.points], QUANTITIES[subject.least].title, bounds
+            ),
+            *second,
         ),
         remarks=(
             *front_in_words(front, *axes),

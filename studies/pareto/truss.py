@@ -39,6 +39,7 @@ from ocp.analysis.sensitivity import slopes_by_multipliers
 from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
+from studies.common.second_solve import SecondSolve, second_solve
 from studies.pareto.config import ParetoStudy
 from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
@@ -311,6 +312,33 @@ class TrussFront:
         slopes = slopes_by_multipliers(solution)
         motion = FrontMotion(program, solution, deployment, slopes)
         return FrontPoint(limit, x, y, slopes[program.limit.name], way, afresh, seconds, motion)
+
+    def confirmed(self, point: FrontPoint, name: str) -> tuple[FrontPoint, SecondSolve]:
+        """A point with what a second solve says of it, or the better one that this leads to."""
+        motion: FrontMotion = point.motion
+        program, limits = motion.program, {motion.program.limit: point.limit, **self.constants}
+        second = second_solve(
+            motion.solution,
+            self.settings,
+            self.console,
+            constants=limits,
+            gain=ACCURACY.objective,
+            name=name,
+        )
+        if second.solution is motion.solution:
+            return point, second
+        deployment, failed = self._held(program, point.limit, second.solution)
+        if failed:
+            words = f"FAILED: {name}: a better motion was found that keeps not all limits"
+            return point, replace(second, check=replace(second.check, passed=False, sentence=words))
+        slopes = slopes_by_multipliers(second.solution)
+        return replace(
+            point,
+            x=deployment.values[self.limited],
+            y=deployment.values[self.least],
+            slope=slopes[program.limit.name],
+            motion=FrontMotion(program, second.solution, deployment, slopes),
+        ), second
 
     def _held(
         self, program: FrontProgram, limit: float, solution: Solution

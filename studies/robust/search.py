@@ -18,6 +18,8 @@ from models.laws import Law
 from ocp import Audit, Interrupted, OcpError, Problem, Relaxed, Settings, Solution, audit, relaxed
 from studies.common.console import Console, number, silent
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.result import Criterion
+from studies.common.second_solve import second_solve
 from studies.robust.config import NOMINAL, RobustTrussStudy
 from studies.robust.kernel import pull_of
 from studies.robust.ranges import with_corners
@@ -52,12 +54,16 @@ class RobustLaw:
     solution : the best of them.
     law : its motion.
     study : with the corners that it serves as scenarios.
+    statement : of the best of the starts.
+    second : what a second solve says of it, where the user did not stop before.
     """
 
     audit: Audit
     solution: Solution
     law: Law
     study: RobustTrussStudy
+    statement: Statement
+    second: tuple[Criterion, ...] = ()
 
 
 def check(study: RobustTrussStudy) -> None:
@@ -127,7 +133,20 @@ def search(study: RobustTrussStudy, nominal: Deployment, console: Console) -> Ro
         audited = dataclasses.replace(found.audit, interrupted=True)
         return dataclasses.replace(found, audit=audited)
     assert found is not None
-    return found
+    return found if found.audit.interrupted else _a_second_time(found, console)
+
+
+def _a_second_time(found: RobustLaw, console: Console) -> RobustLaw:
+    """The law that a second solve leaves, with what it says of it."""
+    settings = _settings(found.study.deployment, len(_starts(found.study)))
+    second = second_solve(found.solution, settings, console)
+    return dataclasses.replace(
+        found,
+        audit=dataclasses.replace(found.audit, interrupted=second.interrupted),
+        solution=second.solution,
+        law=law_of(found.study.deployment, found.statement, second.solution),
+        second=(second.check,),
+    )
 
 
 def _for_scenarios(study: RobustTrussStudy, console: Console) -> RobustLaw:
@@ -251,7 +270,8 @@ def _from_all_starts(
     best = found.optima[0].solution
     if not (found.interrupted or best.verification.passed):
         raise NoLawError("; ".join(best.verification.reasons))
-    return RobustLaw(found, best, law_of(deployment, statements[best.problem], best), study)
+    statement = statements[best.problem]
+    return RobustLaw(found, best, law_of(deployment, statement, best), study, statement)
 
 
 def _starts(study: RobustTrussStudy) -> list[str]:

@@ -161,6 +161,7 @@ def _result(found: _Found) -> Result:
             *criteria(study.deployment, robust),
             *_scenario_checks(found),
             engine_criterion(found.robust.solution),
+            *found.robust.second,
         ),
         remarks=(*_remarks(found, bound), *without_shear(study.deployment)),
         details=_details(found),

@@ -105,7 +105,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
 
     take_up(options, add_arguments, "truss")
     study = read_study(options, console)
-    search = Search(study, console)
+    search = Search(study, console, confirms=True)
 
     def keep_starts(folder: ResultsFolder) -> None:
         search.kept = FinishedStarts(folder.path)

@@ -65,7 +65,7 @@ def run(
     """
     law = None if neighbour is None else law_of_result(neighbour)
     with at_work(console) as told:
-        search = Search(study, told, law)
+        search = Search(study, told, law, confirms=True)
         search.check()
         return result_of(study, search.run())
 
@@ -103,6 +103,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
             *criteria(study, best.deployment),
             *margins.checks,
             engine_criterion(best.solution),
+            *best.second,
         ),
         costs_elsewhere=costs_elsewhere(table),
         remarks=(

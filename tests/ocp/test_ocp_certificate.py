@@ -30,8 +30,8 @@ from ocp import (
     peak,
     solve,
 )
+from ocp.diagnostics.minimum_principle import _largest_difference
 from ocp.errors import StatementError
-from ocp.verification.minimum_principle import _largest_difference
 
 
 def chain(**options):
@@ -273,12 +273,12 @@ def test_a_stationary_point_that_is_no_minimum_fails():
         return Problem("go", [phase], **{sense: phase.integral(u**2)})
 
     assert failed(solve(stated("minimise"))) == set()
-    names = {"curvature", "curvature of 'go'", "other controls"}
+    names = {"a second solve", "curvature of 'go'", "other controls"}
     assert failed(solve(stated("maximise"))) == names
 
 
 def failed(solution):
-    return {c.name for c in certify(solution).checks if not c.passed}
+    return {c.name for c in certify(solution).checks if not (c.passed or c.open)}
 
 
 def test_a_spoiled_control_fails():
@@ -302,7 +302,8 @@ def test_spoiled_multipliers_and_objectives_fail():
     assert {"stationarity", "multipliers of peak 'thrust'"} <= failed(
         dataclasses.replace(found, iterate=spoilt)
     )
-    assert failed(dataclasses.replace(found, objective=found.objective * 0.99)) == {"objective"}
+    spoilt = dataclasses.replace(found, objective=found.objective * 0.99)
+    assert failed(spoilt) == {"objective"}
 
 
 def test_costates_that_are_not_those_of_the_program_fail():
@@ -331,7 +332,8 @@ def test_json_and_text():
     assert read["passed"] is True
     assert read["objective"] == pytest.approx(12.0)
     assert {c["name"] for c in read["checks"]} == {c.name for c in certificate.checks}
-    assert str(certificate).endswith("certified")
+    assert str(certificate).endswith("certified, confirmed by a second solve")
+    assert read["confirmed"] is True
     assert all(c.sentence in str(certificate) for c in certificate.checks)
 
 
@@ -373,10 +375,10 @@ def test_a_standstill_of_a_scheme_without_promises_is_told():
 
 
 @pytest.mark.parametrize("scheme", [HermiteSimpson(), Lobatto(3)])
-def test_where_multipliers_tell_nothing_of_finer_controls_a_finer_mesh_is_solved(scheme):
+def test_where_multipliers_tell_nothing_of_finer_controls_a_finer_mesh_does(scheme):
     refined = certify(solve(least_time(), settings=Settings(scheme=scheme)))
     assert refined.passed, refined
-    assert "a finer mesh" in [check.name for check in refined.checks]
+    assert refined.confirmed
 
     # the best constant controls on this mesh meet all first-order conditions, and cost more
     settings = Settings(scheme=scheme, intervals=6, refinement=FixedMesh())
@@ -385,7 +387,7 @@ def test_where_multipliers_tell_nothing_of_finer_controls_a_finer_mesh_is_solved
     lost = coarse.objective / 12.0 - 1
     assert lost > 1e-3
     (failed,) = [check for check in certify(coarse).checks if not check.passed]
-    assert failed.name == "a finer mesh"
+    assert failed.name == "a second solve"
     assert failed.value == pytest.approx(lost, rel=0.5)
 
 
@@ -396,7 +398,7 @@ def test_meshes_of_a_solve_that_agree_prove_nothing_of_intervals_that_neither_ha
     error = abs(found.objective / 4.0 - 1)
     last, before = (entry.objective for entry in found.mesh_iterations[-1:-3:-1])
     assert abs(last - before) / 4.0 < 0.1 * error
-    told = {check.name: check.value for check in certify(found).checks}["a finer mesh"]
+    told = {check.name: check.value for check in certify(found).checks}["a second solve"]
     assert 0.5 * error < told < 5 * error
 
 

@@ -16,6 +16,13 @@ from ocp import (
     certify,
     solve,
 )
+from ocp.estimates.active_set_changes import active_set_changes
+from ocp.estimates.constrained_arcs import (
+    arc_gains,
+    shift_gains,
+    stretches_of,
+    with_ends,
+)
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.mesh.trajectory import Evaluator
@@ -27,13 +34,6 @@ from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import phase_costates
 from ocp.problem.parameters import parameters_of
-from ocp.refinement.estimates.active_set_changes import active_set_changes
-from ocp.refinement.estimates.constrained_arcs import (
-    arc_gains,
-    shift_gains,
-    stretches_of,
-    with_ends,
-)
 from ocp.scaling.automatic import scales_of
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import transcribe

@@ -17,6 +17,7 @@ from ocp import (
     State,
     solve,
 )
+from ocp.diagnostics.minimum_principle import active_set_changes
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.nlp.solver import StartingPoint
@@ -26,7 +27,6 @@ from ocp.problem.parameters import parameters_of
 from ocp.scaling.automatic import scales_of
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import transcribe
-from ocp.verification.minimum_principle import active_set_changes
 
 SCHEMES = [Radau(4), Gauss(4)]
 

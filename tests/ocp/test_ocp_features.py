@@ -255,7 +255,9 @@ def test_a_proven_bound_is_reported():
     assert solve(problem, settings=FEW, bound=2.0).verdict.startswith("local")
     # the value lies beyond it, so that it is no bound
     verdict = solve(problem, settings=FEW, bound=0.5).verdict
-    assert verdict == "local: best of 1 start; the bound of 0.5 is refuted by 1"
+    assert verdict == (
+        "local: best of 1 start; the bound of 0.5 is refuted by 1; not confirmed (ocp.certify)"
+    )
 
 
 def test_progress_is_told_and_can_stop_the_solve():

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Radau, Settings, State, solve
+from ocp.diagnostics.minimum_principle import minimum_principle
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import acting_on_states
 from ocp.optimality.control_gains import gains
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.multipliers import phase_costates
-from ocp.verification.minimum_principle import minimum_principle
 
 
 def least_effort(shape="polynomial", bounds=(), **limits):

@@ -51,7 +51,15 @@ def test_an_import_loads_only_what_states_a_problem():
         "mesh.first_mesh",
     }
     assert not loaded & (HEAVY | {f"ocp.{module}" for module in solver})
-    rooms = "transcription", "scaling", "optimality", "verification", "solution", "analysis"
+    rooms = (
+        "transcription",
+        "scaling",
+        "optimality",
+        "verification",
+        "diagnostics",
+        "solution",
+        "analysis",
+    )
     assert not [name for name in loaded if name.startswith(tuple(f"ocp.{room}" for room in rooms))]
 
 
@@ -59,9 +67,9 @@ def test_a_solve_loads_nothing_that_it_does_not_need():
     loaded = loaded_by(SOLVE)
     assert {"casadi", "ocp.algorithm", "ocp.verification.verify"} <= loaded
     further = {"mesh.coarsening", "refinement.policies.moving_mesh", "solution.storage"}
-    further |= {"verification.certificate", "verification.tolerances"}
     assert not loaded & (HEAVY | {f"ocp.{module}" for module in further})
-    assert not [name for name in loaded if name.startswith("ocp.analysis.")]
+    optional = "ocp.analysis.", "ocp.diagnostics."
+    assert not [name for name in loaded if name.startswith(optional)]
 
 
 def test_every_public_name_is_there():

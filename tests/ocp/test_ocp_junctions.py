@@ -22,7 +22,7 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.refinement.estimates.constrained_arcs import junction_gains
+from ocp.estimates.constrained_arcs import junction_gains
 
 
 def below_a_speed(limit):

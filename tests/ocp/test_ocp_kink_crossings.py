@@ -19,11 +19,11 @@ from ocp import (
     save,
     solve,
 )
+from ocp.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.kinks import KinkSurfaces
 from ocp.problem.kinks import crossable_kinks
-from ocp.refinement.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.refinement.policies.kink_breakpoints import (
     AwaitedCrossings,
     CrossedMesh,

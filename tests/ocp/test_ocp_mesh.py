@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ocp.estimates.switch_detection import Jump, jumps
 from ocp.mesh.mesh import PhaseMesh, uniform, with_points
-from ocp.refinement.estimates.switch_detection import Jump, jumps
 from ocp.refinement.policies.brackets import with_brackets
 
 

@@ -20,7 +20,7 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.refinement.other_controls.promise import others_of_phase
+from ocp.estimates.other_controls.promise import others_of_phase
 
 x = State("x")
 throttle = Control("throttle", lower=-2, upper=2)
@@ -54,6 +54,8 @@ def test_a_guess_in_one_mode_stays_there_and_that_is_said(guessed: float) -> Non
     check = checks(found)["other controls"]
     assert f"throttle = {-guessed:.0f}"[:12] in check.sentence
     assert not check.passed
+    assert "other controls promise to gain" in check.sentence
+    assert f"throttle = {-guessed:.0f}"[:12] in check.sentence
     assert check.value > 0.1
 
 

@@ -18,8 +18,8 @@ from ocp import (
     certify,
     solve,
 )
+from ocp.estimates.promised_gain import PhaseGains, promised_gain
 from ocp.optimality.active_set import strongest_multipliers
-from ocp.refinement.estimates.promised_gain import PhaseGains, promised_gain
 
 
 def moved(minimise, end):

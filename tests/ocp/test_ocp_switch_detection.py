@@ -8,6 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import Accuracy, Control, Phase, PhaseTrajectory, Problem, Radau, Settings, State, solve
+from ocp.estimates.control_resolution import (
+    control_errors,
+    parts_to_resolve,
+    saturated,
+)
+from ocp.estimates.error_estimate import MeshErrors
+from ocp.estimates.switch_detection import (
+    Jump,
+    control_jumps,
+    control_samples,
+    jumps,
+    switches_at_breakpoints,
+)
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.mesh.trajectory import SignalGroup
 from ocp.numerics.piecewise_polynomial import (
@@ -16,19 +29,6 @@ from ocp.numerics.piecewise_polynomial import (
     Piece,
     PiecewisePolynomial,
     bernstein,
-)
-from ocp.refinement.estimates.control_resolution import (
-    control_errors,
-    parts_to_resolve,
-    saturated,
-)
-from ocp.refinement.estimates.error_estimate import MeshErrors
-from ocp.refinement.estimates.switch_detection import (
-    Jump,
-    control_jumps,
-    control_samples,
-    jumps,
-    switches_at_breakpoints,
 )
 from ocp.refinement.policies.brackets import settled, with_brackets
 from ocp.refinement.policies.movable import hindered, most_iterations

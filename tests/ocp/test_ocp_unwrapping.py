@@ -23,7 +23,7 @@ from ocp import (
     solve,
 )
 from ocp.mesh.trajectory import Evaluator
-from ocp.refinement.unwrapping import periods, unwrapped
+from ocp.optimality.unwrapping import periods, unwrapped
 from ocp.transcription.packing import trajectory_of
 
 

@@ -31,11 +31,11 @@ from benchmarks.shows.engine.variant import Variant, catalogue
 from benchmarks.shows.show import Question, Row
 from ocp import FixedMesh, Settings, Solution, certify, solve
 from ocp.errors import OcpError, StatementWarning
+from ocp.estimates.back_off_cost import unit_costs
 from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
 from ocp.optimality.active_set import path_multiplier_sums
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import multipliers
-from ocp.refinement.estimates.back_off_cost import unit_costs
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import ProgramLimits

@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 from itertools import chain, islice, zip_longest
 from math import inf
 
+from ocp.estimates.motion_errors import MotionErrors
 from ocp.mesh.phase_times import meet_freely
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
-from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.first_round.starts import (
     PATIENCE,
     MeshAnswer,

@@ -9,12 +9,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
+from ocp.estimates.error_estimate import MeshErrors
+from ocp.estimates.excess_price import cost_of_raising, is_affordable
 from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import Mesh, PhaseMesh, bisected
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.error_estimate import MeshErrors
-from ocp.refinement.estimates.excess_price import cost_of_raising, is_affordable
 from ocp.refinement.policies.back_off import chosen_back_offs
 from ocp.refinement.policies.brackets import with_movable_switches
 from ocp.refinement.policies.kink_breakpoints import awaited_crossings

@@ -13,12 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags, Integers
+from ocp.estimates.back_off_cost import scaled_costs, unit_costs
+from ocp.estimates.error_estimate import NARROW, PhaseErrors
 from ocp.optimality.active_set import STRONGLY_ACTIVE, path_multiplier_sums
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.back_off_cost import scaled_costs, unit_costs
-from ocp.refinement.estimates.error_estimate import NARROW, PhaseErrors
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.path_constraints import PathConstraint
 

@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from ocp.arrays import Array, Flags
+from ocp.estimates.missed_switches import held_switches
+from ocp.estimates.switch_detection import ROUND_OFF, Jump, control_jumps, jumps_at
 from ocp.mesh.mesh import SAME_POINT, Mesh, PhaseMesh, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.estimates.missed_switches import held_switches
-from ocp.refinement.estimates.switch_detection import ROUND_OFF, Jump, control_jumps, jumps_at
 
 # Half the width of a bracket as a part of the width within which the jump may lie: narrow enough
 # that its ends need not move, wide enough that the optimum is inside.

@@ -20,8 +20,8 @@ from functools import cached_property
 import numpy as np
 
 from ocp.arrays import Array, Flags
+from ocp.estimates.kink_crossings import NEAR_WHILE_ROUGH, KinkCrossings
 from ocp.mesh.mesh import SAME_POINT, PhaseMesh
-from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, KinkCrossings
 from ocp.refinement.solved_mesh import SolvedMesh
 
 # Changes of a distance, relative to the largest one, that say nothing of the next mesh

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Flags, Integers
+from ocp.estimates.error_estimate import PhaseErrors
 from ocp.mesh.mesh import PhaseMesh
 from ocp.optimality.costate_errors import PARTS
-from ocp.refinement.estimates.error_estimate import PhaseErrors
 
 # times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
 _FAR = 1e4

@@ -10,8 +10,8 @@ import itertools
 import math
 from collections.abc import Sequence
 
+from ocp.accuracy import Accuracy
 from ocp.mesh.mesh import Mesh
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.solved_mesh import SolvedMesh
 
 # Movable breakpoints are in the way where a mesh takes more than these iterations, and this many

@@ -15,15 +15,15 @@ from typing import ClassVar
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Integers
+from ocp.estimates.motion_errors import MotionErrors
 from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.coarsening import coarsened
 from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.numerics.schemes import Scheme
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import RefinementPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags
+from ocp.estimates.error_estimate import PhaseErrors
+from ocp.estimates.kink_crossings import NEAR, NEAR_WHILE_ROUGH
+from ocp.estimates.missed_switches import beside, held_switches
+from ocp.estimates.switch_detection import Jump
 from ocp.mesh.mesh import ExtraPoints, PhaseMesh, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.error_estimate import PhaseErrors
-from ocp.refinement.estimates.kink_crossings import NEAR, NEAR_WHILE_ROUGH
-from ocp.refinement.estimates.missed_switches import beside, held_switches
-from ocp.refinement.estimates.switch_detection import Jump
 from ocp.refinement.policies.back_off import without_closed
 from ocp.refinement.policies.brackets import freed_at, settled, with_brackets
 from ocp.refinement.policies.kink_breakpoints import AwaitedCrossings, with_crossings, with_sides

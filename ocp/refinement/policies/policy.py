@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import ClassVar, Protocol, runtime_checkable
 
+from ocp.accuracy import Accuracy
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import Mesh
-from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.solved_mesh import SolvedMesh
 
 

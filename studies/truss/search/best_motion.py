@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from models.errors import ModelError
 from ocp import Optimum, Solution, Trial
-from studies.common.result import Verdict
+from studies.common.result import Criterion, Verdict
 from studies.truss.motions.deployment import Deployment
 from studies.truss.search.verdict import Basin
 
@@ -26,6 +26,7 @@ class BestMotion:
     verdict : how sure the result is.
     remarks : sentences that belong beside it.
     interrupted : whether the user stopped the search.
+    second : what a second solve says of it, where one was asked for.
     """
 
     deployment: Deployment
@@ -36,6 +37,7 @@ class BestMotion:
     verdict: Verdict
     remarks: tuple[str, ...]
     interrupted: bool
+    second: tuple[Criterion, ...] = ()
 
 
 class NoMotionError(Exception):

@@ -15,6 +15,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.result import Verdict
 from studies.common.rounding import up
+from studies.common.second_solve import SecondSolve, second_solve
 from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
@@ -77,6 +78,8 @@ class Search:
         is asked: without bounds, and at the first price of the roughness.
     accuracy : Accuracy, optional
         Of the motions; that of a result by default.
+    confirms : bool
+        Whether the motion is solved a second time, in another way, because it will be printed.
     """
 
     def __init__(
@@ -86,10 +89,13 @@ class Search:
         neighbour: Law | None = None,
         enough: float | None = None,
         accuracy: Accuracy | None = None,
+        *,
+        confirms: bool = False,
     ) -> None:
         self.study = study
         self.enough = enough
         self.accuracy = accuracy
+        self.confirms = confirms
         self.neighbour = neighbour  # motion of a like study, from which the first start begins
         self.console = console
         self.remarks: list[str] = []
@@ -370,6 +376,14 @@ class Search:
         if verified and not self.interrupted and len(statement.stages) > 1:
             solution = self._later_stages(statement, solution)
             deployment = self._deployment(statement, solution)
+        second = self._second_solve(solution) if self.confirms and verified else None
+        if second is not None and second.solution is not solution:
+            solution = second.solution
+            deployment = self._deployment(statement, solution)
+            if len(statement.stages) == 1:
+                value = solution.value(statement.stages[0], replayed=True)
+                optimum = replace(optimum, solution=solution, value=value)
+                distinct = basins(self.study, [optimum, *optima[1:]])
 
         if price := price_in_words(statement, optimum.solution):
             self.remarks.append(price)
@@ -400,7 +414,17 @@ class Search:
             verdict=verdict,
             remarks=tuple(self.remarks),
             interrupted=self.interrupted,
+            second=() if second is None else (second.check,),
         )
+
+    def _second_solve(self, solution: Solution) -> SecondSolve | None:
+        """What a second solve says of an answer; None where the user has stopped the search."""
+        if self.interrupted:
+            return None
+        settings = settings_of(self.study, self._with_forces, self.accuracy)
+        second = second_solve(solution, settings, self.console)
+        self.interrupted = second.interrupted
+        return second
 
     def _smoothed(self, optima: Sequence[Optimum]) -> list[Optimum]:
         """The optima without what smoothness costs them, the best one first."""

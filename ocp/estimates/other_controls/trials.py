@@ -14,12 +14,12 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.estimates.other_controls.dependence import dependence_on_controls, tried_signals
+from ocp.estimates.other_controls.limits import ControlLimits
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.other_controls.dependence import dependence_on_controls, tried_signals
-from ocp.refinement.other_controls.limits import ControlLimits
-from ocp.refinement.unwrapping import possible_periods
+from ocp.optimality.unwrapping import possible_periods
 
 # Values of each control that are tried alone, and points of the box
 _ALONE = 33

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ocp.arrays import Array, Flags
+from ocp.estimates.switch_detection import ROUND_OFF, control_samples, jumps
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.active_set import (
     AT,
@@ -16,7 +17,6 @@ from ocp.optimality.active_set import (
     strongly_active,
 )
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.estimates.switch_detection import ROUND_OFF, control_samples, jumps
 
 
 def active_set_changes(iterate: Iterate, index: int) -> Flags:

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array, Flags
-from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.active_set import ACTING, STRONGLY_ACTIVE, saturated_constraints
-from ocp.optimality.control_gains import gains
-from ocp.optimality.iterate import Iterate
-from ocp.refinement.estimates.back_off_cost import back_off_costs
-from ocp.refinement.estimates.control_resolution import (
+from ocp.estimates.back_off_cost import back_off_costs
+from ocp.estimates.control_resolution import (
     control_errors,
     parts_to_resolve,
     saturated,
 )
+from ocp.mesh.trajectory import Evaluator
+from ocp.optimality.active_set import ACTING, STRONGLY_ACTIVE, saturated_constraints
+from ocp.optimality.control_gains import gains
+from ocp.optimality.iterate import Iterate
 
 # part of a control's range that its shape may be off by before the control counts as rough: what a
 # finer smooth control would gain is the square of it, a tenth of the tolerance on the objective

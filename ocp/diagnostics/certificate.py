@@ -1,35 +1,31 @@
 """A certificate: what has been checked about a solution, with which numbers and tolerances.
 
 `certify` does not believe what the solve checked. It drives the dynamics with the controls again,
-evaluates the motion between the points and tests the first-order conditions from the multipliers.
-For schemes whose multipliers do not tell what a finer mesh gains, it solves the problem on one. The
-conditions themselves are in `motion_conditions`, `optimality_conditions`, `program_conditions` and
-`finer_mesh`, beside it.
+evaluates the motion between the points, tests the first-order conditions from the multipliers, and
+solves the problem a second time in another way. Each of these is a diagnostic, and others may be
+asked beside them.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
+from ocp.diagnostics.diagnostic import Diagnostic, Evidence
+from ocp.diagnostics.finding import Finding
+from ocp.diagnostics.second_solve import SECOND_SOLVE
+from ocp.diagnostics.standard import STANDARD
+from ocp.diagnostics.tolerances import Tolerances
 from ocp.errors import StatementError
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers, all_multipliers
 from ocp.reformulate.form import Form
-from ocp.verification.conditions import Condition, Evidence
-from ocp.verification.finer_mesh import finer_mesh_conditions
-from ocp.verification.motion_conditions import motion_conditions
-from ocp.verification.optimality_conditions import optimality_conditions
-from ocp.verification.program_conditions import (
-    curvature_condition,
-    peak_conditions,
-    program_conditions,
-)
-from ocp.verification.tolerances import Tolerances
+from ocp.verification.verify import NOT_CONFIRMED
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,14 +40,14 @@ class Certificate:
         In the user's sense [unit of the objective].
     verdict : str
         Of the solution, in words.
-    checks : tuple of Condition
+    checks : tuple of Finding
         Each with its number, tolerance, and what it means.
     """
 
     problem: str
     objective: float
     verdict: str
-    checks: tuple[Condition, ...]
+    checks: tuple[Finding, ...]
 
     def __repr__(self) -> str:
         met = sum(check.passed for check in self.checks)
@@ -61,13 +57,31 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether every condition is met."""
-        return all(check.passed for check in self.checks)
+        """Whether every condition is met, but for those that could not be finished."""
+        return all(check.passed or check.open for check in self.checks)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether it passed, and a second, different solve agrees."""
+        second = [check for check in self.checks if check.name == SECOND_SOLVE]
+        return self.passed and any(check.passed for check in second)
+
+    @property
+    def start(self) -> Trajectory | None:
+        """A motion from which a solve should reach a better answer; None if none was found."""
+        return next((check.start for check in self.checks if check.start is not None), None)
 
     def as_json(self) -> str:
         """The certificate as JSON; numbers that are not finite become strings."""
         checks = [
-            {**asdict(check), "passed": check.passed, "value": _plain(check.value)}
+            {
+                "name": check.name,
+                "value": _plain(check.value),
+                "tolerance": check.tolerance,
+                "sentence": check.sentence,
+                "open": check.open,
+                "passed": check.passed,
+            }
             for check in self.checks
         ]
         content = {
@@ -75,6 +89,7 @@ class Certificate:
             "objective": _plain(self.objective),
             "verdict": self.verdict,
             "passed": self.passed,
+            "confirmed": self.confirmed,
             "checks": checks,
         }
         return json.dumps(content, indent=2, allow_nan=False)
@@ -82,6 +97,7 @@ class Certificate:
     def __str__(self) -> str:
         head = f"{self.problem}: {self.objective:.10g}, {self.verdict}"
         foot = f"  {'certified' if self.passed else 'NOT certified'}"
+        foot += ", confirmed by a second solve" if self.confirmed else ""
         return "\n".join([head, *(f"  {check}" for check in self.checks), foot])
 
 
@@ -114,7 +130,12 @@ class Certifiable(Protocol):
     def kept_multipliers(self) -> Multipliers: ...
 
 
-def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Certificate:
+def certify(
+    solution: Certifiable,
+    tolerances: Tolerances | None = None,
+    *,
+    diagnostics: Sequence[Diagnostic] = STANDARD,
+) -> Certificate:
     """Check a solution anew.
 
     Parameters
@@ -122,11 +143,15 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
     solution : Solution
     tolerances : Tolerances, optional
         What is allowed.
+    diagnostics : sequence of Diagnostic
+        What is asked, in this order: `ocp.diagnostics.standard.STANDARD` by default.
 
     Raises
     ------
     StatementError
         When it is no solution, or does not carry its multipliers.
+    KeyboardInterrupt
+        When the user stops the second solve.
     """
     if not hasattr(solution, "kept_iterate"):
         raise StatementError(f"certify checks a Solution, not {solution!r}; solve it first")
@@ -139,21 +164,15 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
         objective=solution.objective,
         built=iterate.transcription,
     )
-    evidence = Evidence(
-        form=form,
+    answer = Evidence(
+        solution=solution,
         iterate=shown,
         multipliers=solution.kept_multipliers,
         scaled=all_multipliers(shown),
         evaluator=solution.form_evaluator,
+        allowed=tolerances or Tolerances(),
     )
-
-    allowed = tolerances or Tolerances()
-    checks = (
-        *motion_conditions(evidence, allowed),
-        *program_conditions(evidence, allowed),
-        curvature_condition(evidence, allowed),
-        *optimality_conditions(evidence, allowed),
-        *finer_mesh_conditions(evidence, allowed),
-        *peak_conditions(evidence, allowed),
-    )
-    return Certificate(iterate.problem.name, solution.objective, solution.verdict, checks)
+    checks = tuple(finding for ask in diagnostics for finding in ask(answer))
+    # the certificate says itself what is confirmed
+    verdict = solution.verdict.removesuffix(f"; {NOT_CONFIRMED}")
+    return Certificate(iterate.problem.name, solution.objective, verdict, checks)

@@ -18,11 +18,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocp.arrays import Array, Flags
+from ocp.estimates.switch_detection import Jump, switches_at_breakpoints
 from ocp.mesh.mesh import SAME_POINT
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.hamiltonian import relative_jumps, shifts
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.estimates.switch_detection import Jump, switches_at_breakpoints
 
 # Of the objective: what a shift by the shorter interval beside it has to promise. At the optima of
 # the benchmarks the costates' errors promise up to 3e-5, and a switch that was missed 1.

@@ -1,48 +1,49 @@
-"""What a condition of a certificate is, and what it is tested on."""
+"""What a diagnostic is, and what it is given."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import casadi as ca
 
 from ocp.arrays import Array
+from ocp.diagnostics.finding import Finding
+from ocp.diagnostics.tolerances import Tolerances
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import Functional, Peak
-from ocp.reformulate.form import Form
 
 
-@dataclass(frozen=True)
-class Condition:
-    """One number, what it may be at most, and what it means."""
+class Diagnostic(Protocol):
+    """What `certify` asks about an answer: any function from its evidence to findings.
 
-    name: str
-    value: float
-    tolerance: float
-    sentence: str
+    The functions of `ocp.diagnostics.standard` are some. One of your own may read whatever the
+    evidence holds, and solve again if it likes::
 
-    @property
-    def passed(self) -> bool:
-        """Whether the value is a number within its tolerance."""
-        return bool(self.value <= self.tolerance)
+        def cool_enough(answer: Evidence) -> Iterator[Finding]:
+            hottest = answer.solution.sample(temperature, times).max()
+            yield Finding("temperature", hottest, 350.0, "the largest at these times [K]")
 
-    def __str__(self) -> str:
-        return (
-            f"{'pass' if self.passed else 'FAIL'}  {self.name}: {self.value:.1e} of "
-            f"{self.tolerance:.0e} allowed; {self.sentence}"
-        )
+
+        certify(solution, diagnostics=(*STANDARD, cool_enough))
+    """
+
+    def __call__(self, answer: Evidence, /) -> Iterable[Finding]:
+        """What is found; one finding at least for whatever was looked at, right or wrong."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Evidence:
-    """What the conditions are tested on.
+    """An answer, as a diagnostic looks at it.
 
     Attributes
     ----------
-    form : Form
-        The statement, and what was solved in its place.
+    solution : Solution
+        As it was handed to `certify`.
     iterate : Iterate
         With the trajectory and the objective that the solution shows, if it is the statement that
         was solved.
@@ -50,13 +51,18 @@ class Evidence:
         As the solution shows them.
     scaled : (rows + n,)
         Scaled multipliers of the rows, then of the unknowns' bounds.
+    evaluator : Evaluator
+        Of expressions along the motion.
+    allowed : Tolerances
+        Of the certificate.
     """
 
-    form: Form
+    solution: Any
     iterate: Iterate
     multipliers: Multipliers
     scaled: Array
     evaluator: Evaluator
+    allowed: Tolerances
 
     @property
     def peaks(self) -> dict[Peak, float]:

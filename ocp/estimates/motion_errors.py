@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.estimates.dense_samples import DenseSamples, is_rough, is_unseen
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.interval_maxima import Extremes, dense_grid, maxima
 from ocp.numerics.schemes import Collocation, Gauss
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
-from ocp.refinement.estimates.dense_samples import DenseSamples, is_rough, is_unseen
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 from ocp.errors import StatementError
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.keywords import checked_keywords
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 
 @checked_keywords({"corners": "write changes={value}"})
@@ -53,9 +53,9 @@ class Tolerances:
         Negative curvature of the Hamiltonian by a free control: rounding of a few products.
     gain : float
         What a better motion promises to gain, relative to the objective: by finer or other
-        controls, by other breakpoints where a path constraint acts, or beside a saddle. It is ten
-        times the default of a solve, because such a promise is of first order, and often ten times
-        what is gained.
+        controls, or by other breakpoints where a path constraint acts. It is ten times the default
+        of a solve, because such a promise is of first order, and often ten times what is gained.
+        The same for what a second solve reaches.
     steps : float
         Jump of a rate, integrand or constraint whose time depends on the motion, relative to its
         largest value: what is left where two branches are meant to be one function.

@@ -21,12 +21,12 @@ from __future__ import annotations
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
+from ocp.estimates.active_set_changes import active_set_changes
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, phase_costates
-from ocp.refinement.estimates.active_set_changes import active_set_changes
 
 
 def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> Array:

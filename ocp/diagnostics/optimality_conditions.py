@@ -1,6 +1,6 @@
 """The conditions of a certificate on the controls: Pontryagin's minimum principle, phase by phase.
 
-They are those of continuous time, on `ocp.verification.minimum_principle`. Those of the nonlinear
+They are those of continuous time, on `ocp.diagnostics.minimum_principle`. Those of the nonlinear
 program are in `program_conditions`.
 """
 
@@ -11,35 +11,37 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
+from ocp.diagnostics.diagnostic import Evidence
+from ocp.diagnostics.finding import Finding
+from ocp.diagnostics.minimum_principle import MinimumPrinciple, minimum_principle
+from ocp.diagnostics.tolerances import Tolerances
+from ocp.estimates.other_controls.promise import other_controls, others_remark, promised_by
+from ocp.estimates.promised_gain import promised_gain
+from ocp.estimates.switch_detection import control_jumps
 from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier
 from ocp.problem.functionals import BoundaryValue, End, PhaseTime
 from ocp.problem.symbols import TIME, Between
-from ocp.refinement.estimates.promised_gain import promised_gain
-from ocp.refinement.estimates.switch_detection import control_jumps
-from ocp.refinement.other_controls.promise import other_controls, others_remark, promised_by
-from ocp.verification.conditions import Condition, Evidence
-from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
-from ocp.verification.tolerances import Tolerances
 
 # Fraction of a phase within which a jump is on a breakpoint
 _ON_BREAKPOINT = 1e-9
 
 
-def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
-    """The minimum principle, phase by phase."""
-    iterate, informative = evidence.iterate, evidence.iterate.scheme.informative_multipliers
+def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
+    """The minimum principle, phase by phase, and what finer controls promise."""
+    iterate, allowed = answer.iterate, answer.allowed
+    informative = iterate.scheme.informative_multipliers
     strongest = strongest_multipliers(iterate)
     acting = [of_phase > ACTING for of_phase in strongest]
 
-    for index, costates in enumerate(evidence.multipliers.costates):
-        principle = minimum_principle(iterate, evidence.evaluator, costates, index, acting[index])
+    for index, costates in enumerate(answer.multipliers.costates):
+        principle = minimum_principle(iterate, answer.evaluator, costates, index, acting[index])
         yield from _between_changes(principle, allowed)
         yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
-        yield from _end_values(evidence, principle, index, allowed)
+        yield from _end_values(answer, principle, index, allowed)
         if informative and principle.acting.any():
-            yield Condition(
+            yield Finding(
                 f"where path constraints act in '{principle.name}': Hamiltonian",
                 principle.gain_on_arcs / iterate.objective_size,
                 allowed.gain,
@@ -47,17 +49,22 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
                 "to the objective",
             )
 
-    # other schemes have multipliers that meet the principle on any mesh, see `finer_mesh`
+    # other schemes have multipliers that meet the principle on any mesh, see `second_solve`
     if informative:
-        yield Condition(
+        yield Finding(
             "finer controls",
-            promised_gain(iterate, evidence.evaluator, strongest),
+            promised_gain(iterate, answer.evaluator, strongest),
             allowed.gain,
             "what they promise to gain, and what limits cost that were moved inwards to hold "
             "between the points, to first order, relative to the objective",
         )
-    others = list(other_controls(iterate, evidence.evaluator))
-    yield Condition(
+
+
+def other_controls_condition(answer: Evidence) -> Iterator[Finding]:
+    """What controls far from those of the answer promise, each tried over its whole range."""
+    iterate, allowed = answer.iterate, answer.allowed
+    others = list(other_controls(iterate, answer.evaluator))
+    yield Finding(
         "other controls",
         promised_by(others, iterate),
         allowed.gain,
@@ -68,12 +75,12 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     )
 
 
-def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:
+def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Finding]:
     """What must hold strictly where the active set does not change."""
     count, name = int(principle.changes.sum()), principle.name
 
     # where changes take most of the time, the rest says little
-    yield Condition(
+    yield Finding(
         f"active-set changes of '{name}'",
         principle.share_judged_by_means(allowed.within, allowed.strict),
         allowed.changes,
@@ -84,7 +91,7 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
 
     # the Hamiltonian is constant only where time does not enter
     if principle.autonomous:
-        yield Condition(
+        yield Finding(
             f"between changes of '{name}': Hamiltonian",
             principle.drift_between_changes,
             allowed.within,
@@ -93,7 +100,7 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
         )
     # there is no slope where all intervals hold a change, and no curvature at the bounds
     if principle.slopes.size:
-        yield Condition(
+        yield Finding(
             f"between changes of '{name}': dH/du",
             principle.slope_between_changes,
             allowed.strict,
@@ -101,7 +108,7 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             "controls' bounds, relative to its terms",
         )
         if np.isfinite(principle.concavity):
-            yield Condition(
+            yield Finding(
                 f"curvature of '{name}'",
                 principle.concavity,
                 allowed.concave,
@@ -112,10 +119,10 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
 
 def _on_the_whole(
     principle: MinimumPrinciple, remark: str, allowed: Tolerances
-) -> Iterator[Condition]:
+) -> Iterator[Finding]:
     """What holds in the mean over the phase, changes of the active set included."""
     if principle.autonomous:
-        yield Condition(
+        yield Finding(
             f"Hamiltonian of '{principle.name}'",
             principle.drift,
             allowed.hamiltonian,
@@ -123,7 +130,7 @@ def _on_the_whole(
             + remark,
         )
     if principle.slopes.size:
-        yield Condition(
+        yield Finding(
             f"dH/du of '{principle.name}'",
             principle.mean_slope,
             allowed.slope,
@@ -153,10 +160,10 @@ def _undetermined_jumps(iterate: Iterate, index: int) -> str:
 
 
 def _end_values(
-    evidence: Evidence, principle: MinimumPrinciple, index: int, allowed: Tolerances
-) -> Iterator[Condition]:
+    answer: Evidence, principle: MinimumPrinciple, index: int, allowed: Tolerances
+) -> Iterator[Finding]:
     """Transversality: ``H = -dJ/dt`` at a free final time, ``dJ/dt`` at a free initial one."""
-    columns = evidence.iterate.transcription.columns.phases[index]
+    columns = answer.iterate.transcription.columns.phases[index]
     if columns.ends is None:
         return
     statement = columns.phase
@@ -171,11 +178,11 @@ def _end_values(
 
         # the time acts through its own bounds, through what is stated of the ends, and where the
         # phase is as short as it may be
-        slope = evidence.bound_multiplier(columns.ends[node])
-        slope -= sign * duration_multiplier(evidence.iterate, index)
-        slope += _slope_by_time(evidence, principle.name, end)
+        slope = answer.bound_multiplier(columns.ends[node])
+        slope -= sign * duration_multiplier(answer.iterate, index)
+        slope += _slope_by_time(answer, principle.name, end)
         found = principle.mean if principle.autonomous else principle.ends[node]
-        yield Condition(
+        yield Finding(
             f"Hamiltonian at the {end} of '{principle.name}'",
             abs(found - sign * slope) / max(principle.size, abs(slope)),
             allowed.hamiltonian,
@@ -183,9 +190,9 @@ def _end_values(
         )
 
 
-def _slope_by_time(evidence: Evidence, phase: str, end: End) -> float:
+def _slope_by_time(answer: Evidence, phase: str, end: End) -> float:
     """Slope of objective, bounds and links by an end time, through the time and end values."""
-    iterate, evaluator = evidence.iterate, evidence.evaluator
+    iterate, evaluator = answer.iterate, answer.evaluator
     last = iterate.trajectory.phase(phase).intervals - 1
     interval, tau = (0, 0.0) if end == "start" else (last, 1.0)
 
@@ -195,7 +202,7 @@ def _slope_by_time(evidence: Evidence, phase: str, end: End) -> float:
             continue
         if (functional.phase, functional.end) != (phase, end):
             continue
-        share = evidence.slope(functional)
+        share = answer.slope(functional)
         if isinstance(functional, BoundaryValue):
             # the value depends on the time by itself, beside the state that moves with it
             by_time = ca.densify(ca.jacobian(functional.expression, TIME.symbol))

@@ -1,8 +1,8 @@
 """The conditions of a certificate on the nonlinear program: that a point is its optimum.
 
-They are those of first order by Karush, Kuhn and Tucker (`program_conditions`), among them that the
-multipliers of a peak's rows make up its weight (`peak_conditions`), and the one of second order
-(`curvature_condition`).
+They are those of first order by Karush, Kuhn and Tucker, among them that the multipliers of a
+peak's rows make up its weight. What is stationary and no minimum, a second solve leaves
+(`ocp.diagnostics.second_solve`).
 """
 
 from __future__ import annotations
@@ -13,14 +13,13 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.errors import Unbounded
+from ocp.diagnostics.diagnostic import Evidence
+from ocp.diagnostics.finding import Finding
+from ocp.diagnostics.tolerances import Tolerances
 from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
-from ocp.refinement.saddles import lower_beside
-from ocp.verification.conditions import Condition, Evidence
-from ocp.verification.tolerances import Tolerances
 
 # Part of its terms that is left of a sum where they cancel, from rounding alone. Where two limits
 # ask for the same, as a dry mass and a thrust of zero do, multipliers are not unique and may be
@@ -32,25 +31,25 @@ _LEAST_SIZE = 1e-300
 _LEAST_WEIGHT = 1e-12
 
 
-def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+def program_conditions(answer: Evidence) -> Iterator[Finding]:
     """First-order conditions of the nonlinear program (Karush, Kuhn and Tucker)."""
-    iterate, multipliers = evidence.iterate, evidence.scaled
+    iterate, multipliers, allowed = answer.iterate, answer.scaled, answer.allowed
     distances = limit_distances(iterate)
 
-    yield Condition(
+    yield Finding(
         "constraint residuals",
         distances.violation,
         allowed.feasible,
         "the largest violation of a row or bound of the program, scaled",
     )
-    yield Condition(
+    yield Finding(
         "worth of the residuals",
         _worth_of_residuals(iterate, multipliers),
         allowed.objective,
         "what all rows and bounds are off by, times their multipliers: what that changes of the "
         "objective, to first order",
     )
-    yield Condition(
+    yield Finding(
         "stationarity",
         float(_lagrangian_slope(iterate, multipliers).max()),
         allowed.stationary,
@@ -66,20 +65,21 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
     limits = iterate.limits
     equations = [lower == upper for lower, upper in (limits.rows, limits.columns)]
     products[np.concatenate(equations)] = 0.0
-    yield Condition(
+    yield Finding(
         "complementarity",
         float(products.max(initial=0.0)),
         allowed.complementary,
         "the largest product of an inequality's multiplier and the distance to its limit",
     )
     # stationarity says nothing of what is shown unless it is the same
-    yield Condition(
+    yield Finding(
         "costates",
-        _shown_difference(evidence.multipliers, recovered(iterate)),
+        _shown_difference(answer.multipliers, recovered(iterate)),
         allowed.shown,
         "costates and other multipliers, as they are shown, differ from those of the program's "
         "rows by this part",
     )
+    yield from _peak_conditions(answer, allowed)
 
 
 def _worth_of_residuals(iterate: Iterate, multipliers: Array) -> float:
@@ -134,9 +134,9 @@ def _vector(values: ca.DM) -> Array:
     return np.array(values).ravel()
 
 
-def peak_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+def _peak_conditions(answer: Evidence, allowed: Tolerances) -> Iterator[Finding]:
     """Multipliers of a peak's rows: not negative, and together the weight of the peak."""
-    iterate = evidence.iterate
+    iterate = answer.iterate
     transcription = iterate.transcription
     for peak, column in transcription.columns.peaks.items():
         scaled = [
@@ -148,26 +148,11 @@ def peak_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Conditi
         # the peak's own bound takes its share: a peak of an absolute value is not negative
         factor = iterate.scales.objective / iterate.scales.functionals[peak]
         masses = np.concatenate(scaled) * factor
-        weight = evidence.slope(peak) + evidence.bound_multiplier(column)
+        weight = answer.slope(peak) + answer.bound_multiplier(column)
         size = max(abs(weight), np.abs(masses).max(), _LEAST_WEIGHT)
-        yield Condition(
+        yield Finding(
             f"multipliers of peak '{peak.name}'",
             max(abs(masses.sum() - weight), -masses.min()) / size,
             allowed.peak,
             f"none is negative, their sum is its weight of {weight:.8g}",
         )
-
-
-def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
-    """The second-order condition of the nonlinear program: the answer is no saddle."""
-    iterate = evidence.iterate
-    gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
-    try:
-        lower = lower_beside(iterate, evidence.evaluator)
-    except Unbounded:
-        gain, sentence = np.inf, "beside this motion the objective runs away"
-    else:
-        if lower is not None:
-            gain = abs(lower.objective - iterate.objective) / iterate.objective_size
-            sentence = "a motion beside this one, on its mesh, is better by this part"
-    return Condition("curvature", gain, allowed.gain, sentence)

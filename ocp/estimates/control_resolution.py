@@ -9,11 +9,11 @@ from math import comb
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
+from ocp.estimates.switch_detection import control_samples, jumps_at
 from ocp.mesh.mesh import PhaseMesh
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.numerics.piecewise_polynomial import PiecewisePolynomial
 from ocp.optimality.active_set import CLOSE, share_at_limit
-from ocp.refinement.estimates.switch_detection import control_samples, jumps_at
 
 
 def control_errors(motion: PhaseTrajectory, mesh: PhaseMesh) -> Array:

@@ -10,24 +10,24 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags
+from ocp.estimates.constrained_arcs import arc_gains
+from ocp.estimates.excess_price import weighted_by_worth, without_small_costs
+from ocp.estimates.kink_crossings import KinkCrossings, kink_crossings
+from ocp.estimates.missed_switches import (
+    displaced_switches,
+    missed_switches,
+    shared,
+)
+from ocp.estimates.motion_errors import MotionErrors
+from ocp.estimates.promised_gain import PhaseGains
+from ocp.estimates.switch_detection import Jump, control_jumps
 from ocp.mesh.mesh import ExtraPoints
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.constrained_arcs import arc_gains
-from ocp.refinement.estimates.excess_price import weighted_by_worth, without_small_costs
-from ocp.refinement.estimates.kink_crossings import KinkCrossings, kink_crossings
-from ocp.refinement.estimates.missed_switches import (
-    displaced_switches,
-    missed_switches,
-    shared,
-)
-from ocp.refinement.estimates.motion_errors import MotionErrors
-from ocp.refinement.estimates.promised_gain import PhaseGains
-from ocp.refinement.estimates.switch_detection import Jump, control_jumps
 
 # Added points that an interval may hold before it is split instead. Where the control is smooth a
 # leak is closed by more points: each split would open new leaks.

@@ -15,11 +15,11 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Flags
+from ocp.estimates.other_controls.dependence import dependence_on_controls
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.other_controls.dependence import dependence_on_controls
 
 # Steps of Newton's method towards controls within their limits: the first ones may begin far away
 _NEWTON_STEPS = 6

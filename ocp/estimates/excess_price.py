@@ -13,13 +13,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
 from ocp.arrays import Array
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.active_set import path_multiplier_sums
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Peak
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 # Of the tolerance on the objective: what excesses of costs over their kinks may take of it
 _LEFT_OUT = 0.2

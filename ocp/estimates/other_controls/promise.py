@@ -18,6 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
+from ocp.estimates.other_controls.dependence import (
+    are_tied,
+    dependence_on_controls,
+    tried_signals,
+)
+from ocp.estimates.other_controls.trials import ControlTrials, evaluations
+from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.active_set import ACTING, acting_on_states, strongest_multipliers
@@ -25,13 +32,6 @@ from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.refinement.other_controls.dependence import (
-    are_tied,
-    dependence_on_controls,
-    tried_signals,
-)
-from ocp.refinement.other_controls.trials import ControlTrials, evaluations
 
 # Gauss points of an interval, and evaluations of the Hamiltonian in all: on fine meshes fewer
 # points of an interval are looked at

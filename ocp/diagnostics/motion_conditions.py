@@ -10,34 +10,35 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from ocp.accuracy import Accuracy
+from ocp.diagnostics.diagnostic import Evidence
+from ocp.diagnostics.finding import Finding
+from ocp.diagnostics.tolerances import Tolerances
+from ocp.estimates.excess_price import worth_of_excess
+from ocp.estimates.motion_errors import MotionErrors
 from ocp.optimality.crossed_jumps import crossed_jumps
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.excess_price import worth_of_excess
-from ocp.refinement.estimates.motion_errors import MotionErrors
-from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.replayed_answer import ReplayedAnswer
 from ocp.verification.simulation import SimulatedMotion
-from ocp.verification.tolerances import Tolerances
 from ocp.verification.verify import Verification, boundary_excesses, verify
 
 # Part of its scale that is the size of a peak of zero, as of an objective that is zero
 _OF_A_SCALE = 1e-3
 
 
-def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+def motion_conditions(answer: Evidence) -> Iterator[Finding]:
     """The motion against the statement: replayed, and between its points."""
-    iterate, evaluator = evidence.iterate, evidence.evaluator
-    replay = ReplayedAnswer.of(evidence.form, iterate, evaluator)
+    iterate, evaluator, allowed = answer.iterate, answer.evaluator, answer.allowed
+    replay = ReplayedAnswer.of(answer.solution.form, iterate, evaluator)
     verification = verify(iterate, replay, Accuracy())
     between_points = MotionErrors(
         iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
     )
 
     words = _replay_words(replay.simulated)
-    yield Condition("replay", replay.simulated.miss, allowed.replay, words)
+    yield Finding("replay", replay.simulated.miss, allowed.replay, words)
     yield from _replayed_values(iterate, verification, allowed)
-    yield Condition(
+    yield Finding(
         "worth of the excess",
         worth_of_excess(iterate, between_points.excess),
         allowed.objective,
@@ -45,7 +46,7 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         "multipliers: what it gains of the objective, to first order",
     )
 
-    yield Condition(
+    yield Finding(
         "dynamics",
         between_points.worst_dynamics,
         allowed.replay,
@@ -54,7 +55,7 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
     )
     for jump in crossed_jumps(iterate.trajectory, evaluator):
         if jump.moves:
-            yield Condition("jumps", jump.size, allowed.steps, jump.sentence)
+            yield Finding("jumps", jump.size, allowed.steps, jump.sentence)
 
     # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense = (value for _, _, value in verification.peaks)
@@ -66,9 +67,9 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
 
 def _replayed_values(
     iterate: Iterate, verification: Verification, allowed: Tolerances
-) -> Iterator[Condition]:
+) -> Iterator[Finding]:
     """What the replayed motion says of path constraints, of each peak and of the objective."""
-    yield Condition(
+    yield Finding(
         "path constraints",
         verification.excess,
         allowed.excess,
@@ -78,13 +79,13 @@ def _replayed_values(
     for peak, (name, stated, dense) in zip(iterate.problem.peaks, verification.peaks, strict=True):
         # a peak of zero has the size that is stated, or of what it might be
         size = max(abs(stated), peak.scale or _OF_A_SCALE * iterate.scales.functionals[peak])
-        yield Condition(
+        yield Finding(
             f"peak '{name}'",
             abs(dense - stated) / size,
             allowed.excess,
             f"its largest value on the replayed motion is {dense:.8g}, reported as {stated:.8g}",
         )
-    yield Condition(
+    yield Finding(
         "objective",
         abs(verification.replayed_objective - iterate.objective) / iterate.objective_size,
         allowed.objective,
@@ -92,10 +93,10 @@ def _replayed_values(
     )
 
 
-def _problem_bounds(excesses: Mapping[str, float], allowed: Tolerances) -> Condition:
+def _problem_bounds(excesses: Mapping[str, float], allowed: Tolerances) -> Finding:
     """Bounds and links of the problem, by name how far each is exceeded, relative."""
     exceeded = [f"'{name}'" for name, excess in excesses.items() if not excess <= allowed.bounds]
-    return Condition(
+    return Finding(
         "problem bounds",
         float(np.max([0.0, *excesses.values()])),
         allowed.bounds,

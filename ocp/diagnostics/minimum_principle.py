@@ -13,7 +13,7 @@ judged strictly in all other intervals.
 
 Where a path constraint, a peak or a state's bound acts, multipliers are masses at points, and
 costates jump there, too. The principle is judged there by what moving breakpoints promises
-(`ocp.refinement.estimates.constrained_arcs`).
+(`ocp.estimates.constrained_arcs`).
 """
 
 from __future__ import annotations
@@ -24,6 +24,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
+from ocp.estimates.active_set_changes import active_set_changes
+from ocp.estimates.constrained_arcs import (
+    changes_by_time,
+    gains_by_means,
+    stretches_of,
+)
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
 from ocp.optimality.active_set import (
     AT,
@@ -37,12 +43,6 @@ from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltoni
 from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
-from ocp.refinement.estimates.active_set_changes import active_set_changes
-from ocp.refinement.estimates.constrained_arcs import (
-    changes_by_time,
-    gains_by_means,
-    stretches_of,
-)
 
 # Samples of an interval in which a control has to stay off its bounds to be called free
 _SAMPLES = 9

@@ -1,0 +1,6 @@
+"""What is asked of an answer that is there: the certificate and its conditions.
+
+`certificate` tests all `conditions` of an optimum: `motion_conditions`, `optimality_conditions`,
+which judge the `minimum_principle` strictly where the active set does not change, and the
+`program_conditions` of the nonlinear program. `tolerances` says what each of them allows.
+"""
