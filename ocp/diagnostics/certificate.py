@@ -158,12 +158,14 @@ def certify(
 
     # what the solution shows is tested, not what its solver once had
     iterate, form = solution.kept_iterate, solution.form
-    shown = replace(
-        iterate,
-        trajectory=solution.trajectory if form.is_statement else iterate.trajectory,
-        objective=solution.objective,
-        built=iterate.transcription,
-    )
+    shown = iterate
+    if form.is_statement:
+        shown = replace(
+            iterate,
+            trajectory=solution.trajectory,
+            objective=solution.objective,
+            built=iterate.transcription,
+        )
     answer = Evidence(
         solution=solution,
         iterate=shown,

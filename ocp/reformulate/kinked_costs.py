@@ -34,6 +34,7 @@ from ocp.problem.texts import text_of, unit_of
 from ocp.reformulate.costs import LONGEST_NAME, costly, sides_of, unlike
 from ocp.reformulate.reformulation import (
     Restated,
+    may_have_kinks,
     taken_names,
     with_functionals,
     with_limits,
@@ -51,10 +52,13 @@ class KinkedCosts:
 
     def apply(self, problem: Problem) -> Restated | None:
         """The problem without such kinks; None where it has none."""
+        integrals = [f for f in problem.functionals if isinstance(f, Integral)]
+        if not may_have_kinks(*(integral.expression for integral in integrals)):
+            return None
         controls = _Controls(taken_names(problem))
         replaced, used = dict[Functional, Functional](), dict[str, list[_Above]]()
         conditions = list[tuple[str, ca.SX]]()
-        for integral in (f for f in problem.functionals if isinstance(f, Integral)):
+        for integral in integrals:
             phase = problem.phase(integral.phase)
             expression, above = _without_kinks(integral, phase, _sign(problem, integral), controls)
             if above:

@@ -24,7 +24,7 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Unknown, resolve
 from ocp.problem.texts import text_of, unit_of
 from ocp.reformulate.costs import LONGEST_NAME, costly, sides_of, unlike
-from ocp.reformulate.reformulation import Restated, taken_names, with_statement
+from ocp.reformulate.reformulation import Restated, may_have_kinks, taken_names, with_statement
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class KinkedNumbers:
 
     def apply(self, problem: Problem) -> Restated | None:
         """The problem without such kinks; None where it has none."""
+        if not may_have_kinks(problem.objective):
+            return None
         taken, limits = taken_names(problem), list[Bound]()
         objective, made = _without_kinks(problem.objective, taken)
         if not made:

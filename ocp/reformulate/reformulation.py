@@ -14,6 +14,8 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Symbol, scalar
 
+_KINKED = {ca.OP_FABS, ca.OP_FMAX, ca.OP_FMIN, ca.OP_SQRT, ca.OP_HYPOT}
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Restated:
@@ -80,6 +82,14 @@ def with_statement(problem: Problem, objective: ca.SX, **changed: Any) -> Proble
     """A problem with another objective to minimise, and other fields."""
     stated = "minimise" if problem.sense > 0 else "maximise"
     return replace(problem, **{stated: problem.sense * objective}, **changed)
+
+
+def may_have_kinks(*expressions: ca.SX) -> bool:
+    """Whether scalar expressions have an operation with a kink; a root has one at zero."""
+    stacked = ca.vertcat(*expressions, ca.SX(0, 1))
+    function = ca.Function("expressions", ca.symvar(stacked), [stacked])
+    codes = {function.instruction_id(k) for k in range(function.n_instructions())}
+    return not codes.isdisjoint(_KINKED)
 
 
 def taken_names(problem: Problem) -> list[str]:

@@ -29,6 +29,7 @@ from ocp.problem.symbols import Constant, Control, is_number, resolve
 from ocp.reformulate.costs import unlike
 from ocp.reformulate.reformulation import (
     Restated,
+    may_have_kinks,
     taken_names,
     with_functionals,
     with_limits,
@@ -58,6 +59,9 @@ class SplitControls:
 
     def apply(self, problem: Problem) -> Restated | None:
         """The problem whose rates have no kinks by a control; None where none has any."""
+        rates = [rate for phase in problem.phases for rate in phase.dynamics.values()]
+        if not may_have_kinks(*rates):
+            return None
         sums, names = dict[Control, SumOfParts](), taken_names(problem)
         phases = [_split(phase, sums, names) for phase in problem.phases]
         if not sums:
