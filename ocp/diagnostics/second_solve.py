@@ -48,6 +48,9 @@ _LEFT = _SHARE**2 + (1.0 - _SHARE) ** 2
 # may be left downhill on one alone.
 _BESIDE = (1e-2, -1e-2)
 
+# [s] that it may take after a solve that took less
+_LEAST_SECONDS = 60.0
+
 # Part of the tolerance on the objective by which a run may end above its least value
 _ABOVE = 0.1
 
@@ -76,7 +79,7 @@ def confirm(
     answer: Evidence,
     *,
     iterations: int = 150,
-    seconds: float = math.inf,
+    seconds: float | None = None,
     solver: NlpSolver | None = None,
     progress: Progress | None = None,
 ) -> Iterator[Finding]:
@@ -88,8 +91,9 @@ def confirm(
     ----------
     iterations : int
         Of each run, at most.
-    seconds : float
-        Of all runs together [s]. What was not finished is told as open.
+    seconds : float, optional
+        Of all runs together [s]: a minute by default, or the time of the solve if that was more.
+        What was not finished is told as open.
     solver : NlpSolver, optional
         IPOPT by default.
     progress : callable, optional
@@ -100,6 +104,8 @@ def confirm(
     KeyboardInterrupt
         When the user stops a run.
     """
+    if seconds is None:
+        seconds = max(answer.solution.seconds, _LEAST_SECONDS)
     end = clock.perf_counter() + seconds
     iterate, told = answer.iterate, progress or (lambda text: None)
     program = _program(iterate)

@@ -106,7 +106,7 @@ def answer(question: Question, folder: Path) -> Row:
             tried.append(f"{name}: harmless")
             continue
 
-        failed = [check.name for check in certify(spoilt.solution).checks if not check.passed]
+        failed = [check.name for check in certify(spoilt.solution).checks if check.failed]
         expected = [name for name in failed if name.startswith(EXPECTED[question["way"]])]
         return {
             "problem": name,
