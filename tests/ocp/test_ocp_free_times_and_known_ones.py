@@ -189,27 +189,6 @@ def test_a_limit_that_steps_is_met_on_both_sides():
     assert certify(found).passed
 
 
-def test_an_answer_at_a_known_time_is_held_against_the_other_side():
-    found = solve(CASES["ends at a known time"][0]())
-    (check,) = [c for c in certify(found).checks if c.name == "the known time 0.9 s"]
-    assert check.passed
-    assert "on the other side of it the objective is 2.01" in check.sentence
-    # the known time holds the end, and not its limit
-    assert found.sensitivities()["go: end upper"] == 0.0
-
-
-def test_an_end_held_by_a_known_time_alone_is_not_certified(monkeypatch):
-    """Left on the side of its guess, it ends at 0.9 s, where cheap energy begins."""
-    for module in ("loop", "past_kinks.first_motion"):
-        stays = lambda *given: given[-1]  # noqa: E731
-        monkeypatch.setattr(f"ocp.refinement.{module}.across_known_times", stays)
-    cost = u**2 * steps([0.9], [1, 0.01])
-    found = solve(go(u, cost, end=Between(0.2, 3, 0.5), price=0.05, guess={x: (0, 1)}))
-    assert found.trajectory.phases[0].end == pytest.approx(0.9, abs=1e-6)
-    failed = [check.name for check in certify(found).checks if not check.passed]
-    assert failed == ["the known time 0.9 s"]
-
-
 def test_a_motion_that_ends_at_a_known_time_costs_what_it_does_before_it():
     """From a guess of 0.3 s it goes on behind six known times, and ends at 2.8 s."""
     known, prices = 0.4 * np.arange(1, 10), [1, 2] * 5

@@ -83,12 +83,10 @@ STEPS = {
 
 
 @pytest.mark.parametrize(("problem", "words"), STEPS.values(), ids=STEPS)
-def test_a_step_beside_the_motion_is_said_and_not_certified(problem, words):
+def test_a_step_beside_the_motion_is_said(problem, words):
     with pytest.warns(StatementWarning, match=words):
         found = solve(problem)
     assert "the answer may be the best on its own side of that value only" in found.verdict
-    failed = [check.name for check in certify(found).checks if not check.passed]
-    assert failed == ["steps of other end values, times or parameters"]
 
 
 def fixed(**options):

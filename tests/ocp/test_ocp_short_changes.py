@@ -73,6 +73,5 @@ def test_pushes_shorter_than_an_interval_are_found(intervals: int) -> None:
 def test_on_a_fixed_mesh_they_are_told() -> None:
     found = solve(sprung(), settings=Settings(refinement=FixedMesh()))
     assert found.objective > 1.01 * by_shooting()
-    assert "other controls promise to gain" in found.verdict
     (check,) = (check for check in certify(found).checks if check.name == "other controls")
     assert check.value > 0.01

@@ -1,4 +1,4 @@
-"""Sizes that are stated, and far more than the motion has, are named and not certified."""
+"""Answers by sizes that are stated, and far more than the motion has, are not certified."""
 
 import pytest
 
@@ -14,7 +14,6 @@ def test_of_states(scale):
     found = solve(Problem("oscillator", swing, minimise=swing.integral(x**2 + y**2 + u**2)))
     right = abs(found.objective / 2.9537014 - 1) < 1e-5
     assert certify(found).passed == right == (scale < 1e4)
-    assert ("the size of 'x' was taken to be 1e+06 (stated)" in found.verdict) == (not right)
 
 
 def ride(problem_scale=None, **control):
@@ -32,18 +31,15 @@ def refused(solution):
 def test_of_a_control():
     """4.0055 was certified for 4."""
     found = ride(scale=1e6)
-    taken = "the size of 'thrust' was taken to be 1e+06 N (stated), and the motion has 6.0"
-    assert taken in found.verdict
-    assert "size of 'thrust'" in refused(found)
+    assert found.objective > 4.001
+    assert "a second solve" in refused(found)
 
 
 def test_of_the_objective():
     """4.0015 had a verdict that says nothing of it."""
     found = ride(problem_scale=1e6)
-    assert "the size of the objective was taken to be 1e+06 (stated), and the motion has 4" in (
-        found.verdict
-    )
-    assert "size of the objective" in refused(found)
+    assert found.objective > 4.001
+    assert "a second solve" in refused(found)
 
 
 def test_of_a_state_that_only_the_objective_asks_to_move():
@@ -53,14 +49,13 @@ def test_of_a_state_that_only_the_objective_asks_to_move():
     found = solve(
         Problem("aimed", move, minimise=move.integral(u**2) + 1e-3 * (move.at_end(x) - 1) ** 4)
     )
-    assert "the size of" in found.verdict
+    assert found.objective == pytest.approx(1e-3)
     assert not certify(found).passed
 
 
 def test_a_size_that_is_near_is_not_named():
     found = ride(1e3, scale=1e3)
     assert found.objective == pytest.approx(4.0, rel=1e-5)
-    assert "size" not in found.verdict
     assert not refused(found)
 
 
@@ -74,7 +69,6 @@ def test_a_signal_that_rests_keeps_its_stated_size():
     cost = move.integral(u**2 + trim**2)
     found = solve(Problem("rest", move, minimise=cost, scale=12.0))
     assert found.objective == pytest.approx(12.0, rel=1e-8)
-    assert "size" not in found.verdict
     assert not refused(found)
 
 
@@ -83,5 +77,4 @@ def test_an_optimum_of_zero_is_no_objective_of_the_wrong_size():
     back = Phase("back", {x: v, v: u}, {x: 0, v: 0}, {v: 0}, end=1.0)
     found = solve(Problem("back", back, minimise=back.integral(u**2 + x**2), scale=5.0))
     assert found.objective == pytest.approx(0.0, abs=1e-8)
-    assert "size" not in found.verdict
     assert not refused(found)

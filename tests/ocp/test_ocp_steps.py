@@ -45,15 +45,13 @@ STEPPING = {
 
 
 @pytest.mark.parametrize("rate", STEPPING.values(), ids=STEPPING)
-def test_a_step_at_a_place_is_said_and_not_certified(rate):
+def test_a_step_at_a_place_is_said(rate):
     with pytest.warns(StatementWarning, match=r"rate of 'x' in phase 'move' steps at 0\.8 s"):
         found = solve(crossing(rate))
 
     # the solver sees equal speeds in both halves; the optimum is 0.5625
     assert found.objective == pytest.approx(0.625, rel=1e-5)
     assert "need not be an optimum" in found.verdict
-    certificate = certify(found)
-    assert [check.passed for check in certificate.checks if check.name == "steps"] == [False]
 
 
 STEEPER = {
