@@ -93,6 +93,7 @@ def confirm(
 
     Parameters
     ----------
+    answer : Evidence
     iterations : int
         Of each run, at most.
     seconds : float, optional

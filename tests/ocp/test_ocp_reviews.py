@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from ocp import Control, Phase, Problem, Settings, Solution, State, solve
-from ocp.refinement.reviews.finding import Candidate, Finding, Former, Onward, Review
+from ocp.refinement.reviews.finding import Candidate, Former, Found, Onward, Review
 
 Reviewed = Callable[..., Solution]
 
@@ -38,13 +38,13 @@ def _onward(answer: Candidate, former: Former = "as good") -> Onward:
 def test_all_reviews_are_asked_again_about_another_answer(reviewed: Reviewed) -> None:
     asked: list[str] = []
 
-    def content(answer: Candidate) -> Finding:
+    def content(answer: Candidate) -> Found:
         asked.append("content")
-        return Finding()
+        return Found()
 
-    def finds_once(answer: Candidate) -> Finding:
+    def finds_once(answer: Candidate) -> Found:
         asked.append("finds once")
-        return Finding(_onward(answer)) if len(asked) == 2 else Finding()
+        return Found(_onward(answer)) if len(asked) == 2 else Found()
 
     answer = reviewed((content, 3), (finds_once, 3))
     assert asked == ["content", "finds once", "content", "finds once"]
@@ -57,8 +57,8 @@ def test_a_review_that_always_finds_something_leads_onward_so_often(
 ) -> None:
     once = len(reviewed().mesh_iterations)
 
-    def never_content(answer: Candidate) -> Finding:
-        return Finding(_onward(answer))
+    def never_content(answer: Candidate) -> Found:
+        return Found(_onward(answer))
 
     answer = reviewed((never_content, most))
     assert len(answer.mesh_iterations) == once + most
@@ -69,9 +69,9 @@ def test_a_review_that_always_finds_something_leads_onward_so_often(
 def test_former_answers_are_kept_where_they_are_as_good(reviewed: Reviewed, former: Former) -> None:
     known: list[int] = []
 
-    def finds_once(answer: Candidate) -> Finding:
+    def finds_once(answer: Candidate) -> Found:
         known.append(len(answer.history.solved))
-        return Finding(_onward(answer, former)) if len(known) == 1 else Finding()
+        return Found(_onward(answer, former)) if len(known) == 1 else Found()
 
     reviewed((finds_once, 1))
     first, second = known
@@ -79,8 +79,8 @@ def test_former_answers_are_kept_where_they_are_as_good(reviewed: Reviewed, form
 
 
 def test_a_budget_that_ends_before_a_refinement_goes_on_is_said(reviewed: Reviewed) -> None:
-    def finds(answer: Candidate) -> Finding:
-        return Finding(_onward(answer))
+    def finds(answer: Candidate) -> Found:
+        return Found(_onward(answer))
 
     whole = sum(record.iterations for record in reviewed().mesh_iterations)
     answer = reviewed((finds, 3), settings=Settings(iterations=whole))

@@ -83,7 +83,7 @@ class Onward:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Finding:
+class Found:
     """What a review finds.
 
     Attributes
@@ -101,5 +101,5 @@ class Finding:
     timed: bool = False
 
 
-Review = Callable[[Candidate], Finding]
+Review = Callable[[Candidate], Found]
 """Raises KeyboardInterrupt where the user stops what it tries."""

@@ -9,27 +9,27 @@ from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.better_motions.saddles import StationaryPoint, lower_motion, stationary_point
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.reviews.finding import Candidate, Finding, Onward
+from ocp.refinement.reviews.finding import Candidate, Found, Onward
 from ocp.refinement.solved_mesh import SolvedMesh
 
 # Part of what controls far away promise that a motion beside a saddle has to bring.
 _LITTLE_OF_OTHERS = 0.01
 
 
-def left_saddle(answer: Candidate) -> Finding:
+def left_saddle(answer: Candidate) -> Found:
     """A lower motion beside the answer, if there is one."""
     meshes, iterate = answer.meshes, answer.best.iterate
     if answer.ending == "budget":
-        return Finding()
+        return Found()
     stationary = _stationary_point(meshes, answer.best, answer.history.solved)
     if stationary.is_minimum:
-        return Finding()
+        return Found()
     below = lower_motion(meshes, iterate, stationary, answer.history.rounds)
     if below is None or _is_little_beside_others(meshes, iterate, below):
-        return Finding()
+        return Found()
     # on a fixed mesh a saddle may hold better than what is lower, and is no answer
     adapts = meshes.settings.refinement.adapts
-    return Finding(Onward(below, below.mesh, "as good" if adapts else "none", below.objective))
+    return Found(Onward(below, below.mesh, "as good" if adapts else "none", below.objective))
 
 
 def _stationary_point(

@@ -12,24 +12,24 @@ from ocp.estimates.narrow_features import (
 from ocp.optimality.steps import steps_along
 from ocp.problem.symbols import Constant
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.reviews.finding import Candidate, Finding, Onward
+from ocp.refinement.reviews.finding import Candidate, Found, Onward
 from ocp.refinement.solved_mesh import VERIFIABLE_SLACK, SolvedMesh
 
 
-def unseen_features(answer: Candidate) -> Finding:
+def unseen_features(answer: Candidate) -> Found:
     """What is missed, and a mesh that sees it.
 
     What was solved before is no answer: it holds for a problem without that.
     """
     if not answer.meshes.settings.refinement.adapts:
-        return Finding()
+        return Found()
     features, of_constants = features_of(answer.meshes, answer.best)
     unseen = (*features, *of_constants)
     if not unseen or _has_steps(answer):
-        return Finding(features=features)
+        return Found(features=features)
     iterate = answer.best.iterate
     mesh = mesh_that_sees(iterate.fixed_mesh, unseen)
-    return Finding(Onward(iterate, mesh, former="none"), features)
+    return Found(Onward(iterate, mesh, former="none"), features)
 
 
 def _has_steps(answer: Candidate) -> bool:
