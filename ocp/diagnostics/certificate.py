@@ -58,7 +58,7 @@ class Certificate:
     @property
     def passed(self) -> bool:
         """Whether every condition is met, but for those that could not be finished."""
-        return all(check.passed or check.open for check in self.checks)
+        return not any(check.failed for check in self.checks)
 
     @property
     def confirmed(self) -> bool:
@@ -113,6 +113,9 @@ class Certifiable(Protocol):
 
     @property
     def verdict(self) -> str: ...
+
+    @property
+    def seconds(self) -> float: ...
 
     @property
     def trajectory(self) -> Trajectory: ...

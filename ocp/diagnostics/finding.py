@@ -35,6 +35,11 @@ class Finding:
         """Whether the value is a number within its tolerance."""
         return not self.open and bool(self.value <= self.tolerance)
 
+    @property
+    def failed(self) -> bool:
+        """Whether it was finished, and the value is no number within its tolerance."""
+        return not (self.passed or self.open)
+
     def __str__(self) -> str:
         if self.open:
             return f"open  {self.name}: {self.sentence}"

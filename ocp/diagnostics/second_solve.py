@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,7 +29,8 @@ from ocp.nlp.result import Outcome
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate
 from ocp.progress import Progress
-from ocp.scaling.automatic import scales_of
+from ocp.scaling.automatic import scales_of, variation_of_objective
+from ocp.scaling.symbol_sizes import size_or_one
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import Transcription, transcribe
 
@@ -46,6 +47,12 @@ _LEFT = _SHARE**2 + (1.0 - _SHARE) ** 2
 # How far beside the answer the runs start, in scales of the unknowns: on both sides, as a motion
 # may be left downhill on one alone.
 _BESIDE = (1e-2, -1e-2)
+
+# Part of the objective's scale below which its value is next to nothing
+_OF_A_SCALE = 1e-3
+
+# [s] that it may take after a solve that took less
+_LEAST_SECONDS = 60.0
 
 # Part of the tolerance on the objective by which a run may end above its least value
 _ABOVE = 0.1
@@ -75,7 +82,7 @@ def confirm(
     answer: Evidence,
     *,
     iterations: int = 150,
-    seconds: float = math.inf,
+    seconds: float | None = None,
     solver: NlpSolver | None = None,
     progress: Progress | None = None,
 ) -> Iterator[Finding]:
@@ -85,10 +92,12 @@ def confirm(
 
     Parameters
     ----------
+    answer : Evidence
     iterations : int
         Of each run, at most.
-    seconds : float
-        Of all runs together [s]. What was not finished is told as open.
+    seconds : float, optional
+        Of all runs together [s]: a minute by default, or the time of the solve if that was more.
+        What was not finished is told as open.
     solver : NlpSolver, optional
         IPOPT by default.
     progress : callable, optional
@@ -99,10 +108,13 @@ def confirm(
     KeyboardInterrupt
         When the user stops a run.
     """
+    if seconds is None:
+        seconds = max(answer.solution.seconds, _LEAST_SECONDS)
     end = clock.perf_counter() + seconds
     iterate, told = answer.iterate, progress or (lambda text: None)
     program = _program(iterate)
-    gap = _ABOVE * answer.allowed.gain * iterate.objective_size / program.scales.objective
+    size = max(abs(iterate.objective), _OF_A_SCALE * program.scales.objective)
+    gap = _ABOVE * answer.allowed.gain * size / program.scales.objective
     chosen = (solver or Ipopt()).within_gap(gap)
 
     # options that stray less where the solver's own come to no end, and from then on
@@ -115,7 +127,7 @@ def confirm(
             if len(options) == 1 or any(run.solved for run in runs):
                 break
             del options[0]
-    yield _finding(answer, runs)
+    yield _finding(answer, runs, size)
 
 
 def _run(
@@ -140,7 +152,12 @@ def _run(
     result = solver.solve(program.program, start, limits, parameters.vector, listen)
     if result.outcome == "interrupted":
         raise KeyboardInterrupt
-    value = problem.sense * result.objective * program.scales.objective
+
+    # what rows are off by, within the solver's tolerance, is no gain
+    objective, values = program.program.oracle(result.x, parameters.vector)
+    rows = np.asarray(values.full()).ravel()
+    priced = float(result.row_multipliers @ (rows - np.clip(rows, *limits.rows)))
+    value = problem.sense * (float(objective) + priced) * program.scales.objective
     return _Run(result.outcome, value, trajectory_of(program, result.x, parameters))
 
 
@@ -155,18 +172,26 @@ def _program(iterate: Iterate) -> Transcription:
     names |= {unknown.name for unknown in problem.unknowns}
     guess = initial_guess(problem, iterate.parameters, motion)
     scales = scales_of(problem, guess, iterate.parameters, names)
+    moves, _ = size_or_one(variation_of_objective(problem, scales, iterate.parameters), "")
+    scales = replace(scales, objective=moves)
     return transcribe(problem, mesh, iterate.scheme, iterate.controls, scales)
 
 
-def _finding(answer: Evidence, runs: Sequence[_Run]) -> Finding:
-    """What the runs say together: the best of those that came to an end counts."""
+def _finding(answer: Evidence, runs: Sequence[_Run], size: float) -> Finding:
+    """What the runs say together: the best of those that came to an end counts.
+
+    Parameters
+    ----------
+    size : float
+        What changes of the objective are relative to.
+    """
     iterate, sense, tolerance = answer.iterate, answer.iterate.problem.sense, answer.allowed.gain
     solved = [run for run in runs if run.solved]
     if not solved:
         return _without_end(runs, tolerance)
 
     best = min(solved, key=lambda run: sense * run.value)
-    gain = sense * (iterate.objective - best.value) / iterate.objective_size / (1.0 - _LEFT)
+    gain = sense * (iterate.objective - best.value) / size / (1.0 - _LEFT)
     reached = f"of {len(runs)} runs from beside this motion the best one reached {best.value:.10g}"
     if gain < -tolerance:
         sentence = f"{reached}: they ended at worse motions, which says nothing of this one"

@@ -124,7 +124,7 @@ def _measured(
     doubts = tuple(
         f"{check.name} {check.value:.1e} of {check.tolerance:.0e} allowed; {check.sentence}"
         for check in certificate.checks
-        if not check.passed
+        if check.failed
     )
 
     return Measurement(

@@ -149,13 +149,13 @@ def test_a_vanished_phase_is_refused_where_a_longer_one_would_pay() -> None:
     # a stated guess is the user's choice of a valley
     found = solve(climb(weak_start=0.8))
     assert found.objective == pytest.approx(2.0, rel=1e-6)
-    failed = {check.name: check.sentence for check in certify(found).checks if not check.passed}
-    # beside it the solver may find the longer phase, too
-    assert "other controls" in set(failed) <= {"other controls", "curvature"}
+    failed = {check.name: check.sentence for check in certify(found).checks if check.failed}
     told = failed["other controls"]
     assert "phase 'climb' takes no time (at 1 s), but should take longer" in told
     assert "if it lasts 1 s with second push = 1.5 m/s^2 instead of 0.9" in told
     assert "it promises to gain 0.25 of the objective; state a guess" in told
+    # beside it the solver may find the longer phase, too
+    assert set(failed) <= {"other controls", "a second solve"}
 
 
 @pytest.mark.parametrize("weak_start", [0.7, 0.9])

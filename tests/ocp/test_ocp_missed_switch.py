@@ -232,6 +232,7 @@ def test_a_switch_does_not_take_the_place_of_a_known_time():
     # it would have to go on behind 0.11, and what is known of that time would be lost
     found = solve(nose(2.0, breakpoints=[0.11]))
     assert np.abs(found.trajectory.phases[0].fractions - 0.11).min() < 1e-9
+    assert "other controls" in [check.name for check in certify(found).checks if check.failed]
 
 
 @pytest.mark.slow

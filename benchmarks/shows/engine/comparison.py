@@ -191,7 +191,7 @@ def by_engine(
         }
     row["processor"] = time.process_time() - begin
     if solution is not None:
-        row["open"] = ", ".join(c.name for c in certify(solution).checks if not c.passed)
+        row["open"] = ", ".join(c.name for c in certify(solution).checks if c.failed)
     return row, solution
 
 
