@@ -341,7 +341,7 @@ def _margins(iterate: Iterate, errors: MotionErrors, evaluator: Evaluator) -> tu
     phases = zip(trajectory.phases, constraints, errors.limits, errors.excess, strict=True)
     for phase, *of_phase in phases:
         for constraint, limits, dense in zip(*of_phase, strict=True):
-            if not constraint.is_equation and constraint.of_cost is None:
+            if not constraint.is_equation and not constraint.of_cost:
                 bound = rigorous_excess(evaluator, trajectory, phase, constraint, limits)
                 largest = float(dense.values.max())
                 margins.append(Margin(phase.name, constraint.name, largest, bound))

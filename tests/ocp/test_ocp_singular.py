@@ -24,6 +24,8 @@ from ocp import (
     solve,
 )
 from ocp.problem.linear_controls import enters_linearly
+from ocp.reformulate.form import reformulated
+from ocp.reformulate.standard import STANDARD
 
 # min int x^2 + v^2 from (0, 1) under |u| <= 1 (Jacobson, Gershwin, Lele, IEEE TAC 1970): u = -1
 # until v = -x, at sqrt 2, then the singular u = x, on which x decays as exp(-t). The end is
@@ -91,7 +93,8 @@ def stated(rate, *bounds, cost=None):
     x, u = State("x"), Control("u", lower=-1, upper=1)
     move = Phase("move", {x: rate(x, u)}, {x: 0}, {x: 1}, end=3, bounds=[b(x, u) for b in bounds])
     problem = Problem("p", move, minimise=move.integral(cost(x, u)) if cost else move.at_end(x))
-    return problem, enters_linearly(problem, move, u)
+    solved = reformulated(problem, STANDARD).problem
+    return problem, enters_linearly(solved, solved.phases[0], u)
 
 
 def test_where_a_phase_is_linear_in_a_control() -> None:
