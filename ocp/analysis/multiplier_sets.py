@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ocp.analysis.switch_slopes import SwitchSlopes, switch_slopes
 from ocp.arrays import Array, Integers
 from ocp.optimality.active_set import MULTIPLIER_FREE, LimitDistances
 from ocp.optimality.iterate import Iterate
-from ocp.optimality.switch_slopes import SwitchSlopes, switch_slopes
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix, csr_matrix
