@@ -60,6 +60,13 @@ def scales_of(
     return _scales_by(replace(sources, without_guess=negligible)) if negligible else scales
 
 
+def variation_of_objective(problem: Problem, scales: Scales, parameters: Parameters) -> float:
+    """How far the objective moves with what it depends on, whatever size was stated of it."""
+    symbols = problem.objective_symbols
+    sizes = scales.functionals, scales.unknowns
+    return boundary_variation(problem.objective, symbols, *sizes, parameters).largest[0]
+
+
 def _scales_by(sources: SizeSources) -> Scales:
     """Scales by what tells the sizes of signals and unknowns."""
     problem, guess, parameters = sources.problem, sources.guess, sources.parameters
