@@ -17,6 +17,7 @@ from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import collapsed
 from ocp.nlp.failures import failure, remedy_for_kinks
+from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
@@ -136,7 +137,9 @@ def solve_from(
         # else no decision depends on what the replay finds
         decides = settings.refinement.adapts and settings.verify
         if decides and _is_too_loose(meshes, refinement, check()):
-            stricter = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
+            # than what was asked for, and than what the answer has
+            has = max(refinement.best.errors.dynamics, accuracy.dynamics / _STRICTER)
+            stricter = replace(accuracy, dynamics=min(has, accuracy.dynamics) / _STRICTER)
             last, seconds = refinement.best.iterate, check().verification.seconds
             refinement = refine(meshes, last, last.mesh, stricter, refinement.rounds)
             check = _check_of(form, meshes, refinement, seconds)
@@ -367,6 +370,7 @@ def _solution(
         passed = checked().verification.passed
         return verdict_on(meshes, refinement, bound) if passed else "unverified"
 
+    fitted = cache(partial(fitted_to_switches, iterate))
     adapts = settings.refinement.adapts
     stated, evaluator = form.stated(iterate.trajectory), meshes.evaluator
     objective = iterate.objective
@@ -384,12 +388,12 @@ def _solution(
         mesh=iterate.mesh,
         mesh_iterations=refinement.rounds,
         verdict=verdict() if adapts else later(verdict),
-        multipliers=later(lambda: multipliers(iterate)),
+        multipliers=later(lambda: multipliers(fitted())),
         evaluator=evaluator,
         form=form,
         form_evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
-        iterate=iterate,
+        iterate=later(fitted),
     )
 
     # on a fixed mesh the user wants to see what it gives

@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.optimality.active_set import MULTIPLIER_FREE, LimitDistances
+from ocp.optimality.active_set import MULTIPLIER_FREE, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import all_multipliers
 from ocp.optimality.switch_slopes import SwitchSlopes, switch_slopes
 
 if TYPE_CHECKING:
@@ -36,8 +37,9 @@ MULTIPLIER_SPREAD = 1e-3
 _REACH = 1e3
 _ENDLESS = 1e-2
 
-# Of a linear program: beyond so many steps of the simplex method it takes minutes, and the
-# multipliers that a solver found are good enough.
+# Of a linear program: beyond so many changes, or steps of the simplex method, it takes minutes, and
+# the multipliers that a solver found are good enough.
+_MOST_CHANGES = 5000
 _MOST_STEPS = 5000
 
 # HiGHS's presolve ends without an answer on such programs, whose changes of zero fit; its tolerance
@@ -55,6 +57,39 @@ _ROUNDING = 1e-5
 # next one where rounding swallows one.
 _REGULAR = (1e-18, 1e-15, 1e-12, 1e-9)
 _REFINEMENTS = 3
+
+# Of the largest multiplier: what moving a switch may promise, which is the noise of a solver.
+_NOISE = 1e-8
+
+
+def fitted_to_switches(iterate: Iterate) -> Iterate:
+    """The iterate with multipliers by which no switch should move; by its own it mostly should.
+
+    Where a switch lies on a fixed breakpoint, the solver ends with any of the sets that fit.
+    Costates, Hamiltonian and slopes are those of the problem for the set that is taken here.
+    """
+    slopes = switch_slopes(iterate)
+    if not slopes.direct.size:
+        return iterate
+    multipliers = all_multipliers(iterate)
+    if np.all(slopes.promised(multipliers) <= _NOISE):
+        return iterate
+
+    around = MultiplierChanges.around(iterate, multipliers, limit_distances(iterate))
+    if around.entries.size > _MOST_CHANGES:
+        return iterate
+    change = around.without_gains_of(slopes, multipliers).least()
+    if change is None:  # a control that only seems to switch there
+        return iterate
+    changes = np.zeros(multipliers.size)
+    changes[around.entries] = change
+    of_rows, of_unknowns = np.split(changes, [iterate.row_multipliers.size])
+    return replace(
+        iterate,
+        row_multipliers=iterate.row_multipliers + of_rows,
+        bound_multipliers=iterate.bound_multipliers + of_unknowns,
+        built=iterate.transcription,
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -23,6 +23,8 @@ from ocp.transcription.transcribe import transcribe
 # the widths of intervals, most of them linear.
 _STEP = 1e-4
 
+_NOTHING = 1e-300  # so that nothing is divided by zero
+
 # Of the phase: a breakpoint this close to a known instant belongs to it and stays there.
 _SAME = 1e-9
 
@@ -45,6 +47,11 @@ class SwitchSlopes:
     def of(self, multipliers: Array) -> Array:
         """The derivatives for scaled multipliers (rows + unknowns,), shape (k,)."""
         return self.direct + self.by_multiplier @ multipliers
+
+    def promised(self, multipliers: Array) -> Array:
+        """Their moduli, in parts of the largest share of each, (k,)."""
+        shares = np.abs(self.by_multiplier * multipliers).max(axis=1, initial=0.0)
+        return np.abs(self.of(multipliers)) / np.maximum(shares, np.abs(self.direct) + _NOTHING)
 
 
 def switch_slopes(iterate: Iterate) -> SwitchSlopes:

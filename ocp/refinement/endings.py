@@ -13,7 +13,7 @@ from ocp.problem.display import with_unit
 from ocp.refinement.growth import growth
 from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.planning import History, Step
+from ocp.refinement.planning import History, NextStep
 from ocp.refinement.solved_mesh import (
     OVERPROMISE,
     VERIFIABLE_SLACK,
@@ -116,13 +116,13 @@ def _check_growth(solved: Sequence[SolvedMesh]) -> None:
 
 
 def ending_of(
-    meshes: MeshSolver, history: History, step: Step, accuracy: Accuracy
+    meshes: MeshSolver, history: History, step: NextStep, accuracy: Accuracy
 ) -> Ending | None:
     """What ends a refinement that has a next mesh, if anything does.
 
     Parameters
     ----------
-    step : Step
+    step : NextStep
         To the next mesh. There is no time for it unless what it took to look at the last one is
         left.
 

@@ -217,9 +217,7 @@ class MeshSolver:
         iterate = unwrapped(iterate_of(program, result, trajectory), self.evaluator)
         errors = later(lambda: estimate_errors(iterate, self.evaluator, self.settings.accuracy))
         violation = float(self.limits(program).excess(result.rows).max(initial=0.0))
-        return SolvedMesh(
-            iterate, errors, violation, tight, finer, result.iterations, result.seems_least
-        )
+        return SolvedMesh(iterate, errors, violation, tight, finer, result.iterations)
 
     def spent(self, rounds: Sequence[MeshIteration], ahead: float = 0.0) -> bool:
         """Whether the budget is used up after some mesh iterations, so many seconds from now."""

@@ -92,7 +92,7 @@ class PlannedMesh:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Step:
+class NextStep:
     """What a policy and the last mesh ask for next.
 
     Attributes
@@ -141,7 +141,7 @@ def look_at(
     found: MeshAnswer,
     accuracy: Accuracy,
     history: History,
-) -> Step:
+) -> NextStep:
     """What follows on a mesh, by its errors between the points or by how it failed.
 
     Parameters
@@ -172,7 +172,7 @@ def look_at(
 
 
 def next_plan(
-    meshes: MeshSolver, planned: PlannedMesh, step: Step, history: History
+    meshes: MeshSolver, planned: PlannedMesh, step: NextStep, history: History
 ) -> PlannedMesh:
     """The mesh that a step asks for, from the last motion and its multipliers."""
     assert step.mesh is not None
@@ -198,7 +198,7 @@ def _after_solved(
     found: MeshAnswer,
     accuracy: Accuracy,
     history: History,
-) -> Step:
+) -> NextStep:
     """The step after a mesh that was solved, once that is in the history."""
     began, solved, rounds = meshes.budget.elapsed, history.solved, history.rounds
     program, result = found.program, found.result
@@ -209,7 +209,7 @@ def _after_solved(
     following = planned.policy.next_mesh(solved, accuracy)
     rounds.append(record_of(program.mesh, result, last, found.starts, found.lost))
     log.info("mesh iteration %d: %s", len(rounds), rounds[-1])
-    return Step(
+    return NextStep(
         following,
         planned.policy,
         rough=following is not None and _is_far(last, accuracy),
@@ -224,19 +224,19 @@ def _after_failure(
     found: MeshAnswer,
     accuracy: Accuracy,
     history: History,
-) -> Step:
+) -> NextStep:
     """The step after a mesh on which the solver failed, or what ends the refinement there."""
     solved, rounds, mesh = history.solved, history.rounds, found.program.mesh
     rounds.append(record_of(mesh, found.result, None))
     check_failure(meshes, found.program, found.result, solved, rounds)
     if meshes.spent(rounds):
-        return Step(None, planned.policy, "budget")
+        return NextStep(None, planned.policy, "budget")
 
     recovery = planned.policy.after_failure(solved, mesh, accuracy)
     if recovery is None:
-        return Step(None, planned.policy, "failure")
+        return NextStep(None, planned.policy, "failure")
     other, following = recovery
-    return Step(following, other, rough=planned.rough)
+    return NextStep(following, other, rough=planned.rough)
 
 
 def gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, rough: bool) -> float:

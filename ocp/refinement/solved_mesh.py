@@ -51,8 +51,6 @@ class SolvedMesh:
         Whether its mesh has more intervals than the one before.
     iterations : int
         Of the solver.
-    seems_least : bool or None
-        Whether it is no saddle of its program, see `ocp.nlp.result.NlpResult`.
     raised : float
         What it cost to raise its peaks to what the motion has between its points, relative to the
         objective; 0 where they were not.
@@ -64,7 +62,6 @@ class SolvedMesh:
     tight: bool
     finer: bool
     iterations: int = 0
-    seems_least: bool | None = None
     raised: float = 0.0
 
     def holds(self, accuracy: Accuracy, slack: float = 1.0) -> bool:

@@ -12,9 +12,7 @@ from dataclasses import replace
 from typing import Any, assert_never
 
 import casadi as ca
-import numpy as np
 
-from ocp.arrays import Array
 from ocp.mesh.initial_guess import InitialGuess
 from ocp.problem.functionals import (
     AnyFunctional,
@@ -60,19 +58,6 @@ def scales_of(
     scales = _scales_by(sources)
     negligible = negligible_guesses(sources, scales)
     return _scales_by(replace(sources, without_guess=negligible)) if negligible else scales
-
-
-def variations_of(
-    problem: Problem,
-    phase: str,
-    expressions: Sequence[ca.SX],
-    guess: InitialGuess,
-    scales: Scales,
-    parameters: Parameters,
-) -> Array:
-    """How far scalar expressions of a phase move with a signal or unknown around a guess, (k,)."""
-    probe = Probe(problem, problem.phase(phase), guess, scales.symbols, parameters)
-    return np.array([size_or_one(*probe.variation(e).largest)[0] for e in expressions])
 
 
 def variation_of_objective(problem: Problem, scales: Scales, parameters: Parameters) -> float:

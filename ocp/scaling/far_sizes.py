@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence, Set
 
 from ocp.mesh.initial_guess import InitialGuess
 from ocp.scaling.scales import Scales
-from ocp.scaling.symbol_sizes import BOUNDS, GUESSED_NUMBER, NOTHING_KNOWN, STATED
+from ocp.scaling.symbol_sizes import BOUNDS, GUESSED_NUMBER
 from ocp.scaling.variations import FRACTIONS, largest_finite
 
 # Factor by which a size may be more than a signal has in a motion. Limits of plus and minus 1e4
@@ -38,11 +38,6 @@ def far_below_limits(scales: Scales, motion: InitialGuess) -> Set[str]:
     return _far_below(scales, motion, _OF_LIMITS)
 
 
-def far_below_stated(scales: Scales, motion: InitialGuess) -> Set[str]:
-    """Signals and unknowns far below a size that was stated; they may also be zero."""
-    return _far_below(scales, motion, {STATED})
-
-
 def is_brief(scales: Scales, motion: InitialGuess) -> bool:
     """Whether a motion lasts far less than limits of its times gave for long, and yet some time.
 
@@ -55,16 +50,6 @@ def is_brief(scales: Scales, motion: InitialGuess) -> bool:
 def roomy(scales: Scales, of_motion: Scales, factor: float = ROOMY) -> list[str]:
     """Signals and unknowns whose limits gave sizes many times those of a motion, as 1e6 may be."""
     return _many_times(scales, of_motion, _OF_LIMITS, factor)
-
-
-def stated_roomy(scales: Scales, of_motion: Scales) -> list[str]:
-    """Signals and unknowns whose stated sizes are many times those of a motion."""
-    return _many_times(scales, of_motion, {STATED}, ROOMY)
-
-
-def of_the_motion(scales: Scales, name: str) -> bool:
-    """Whether a size is that of a motion, and does not stand for nothing known."""
-    return all(why != NOTHING_KNOWN for own, _, why in scales.symbols_with_reasons if own == name)
 
 
 def _far_below(scales: Scales, motion: InitialGuess, reasons: Set[str]) -> Set[str]:

@@ -43,7 +43,7 @@ _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 
 
 @checked_methods("value", "sample", "costate", "table", "to_csv", "plot")
-@lazy_fields("replayed", "replay", "verification", "verdict", "multipliers")
+@lazy_fields("replayed", "replay", "verification", "verdict", "multipliers", "iterate")
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A verified trajectory of the problem as it was stated, and how it came about.

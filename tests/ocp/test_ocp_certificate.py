@@ -32,6 +32,7 @@ from ocp import (
 )
 from ocp.diagnostics.minimum_principle import _largest_difference
 from ocp.errors import StatementError
+from ocp.optimality import multiplier_sets
 
 
 def chain(**options):
@@ -201,6 +202,26 @@ def test_a_long_rest_between_a_start_and_an_end_is_certified(first, last, durati
 def test_means_of_the_hamiltonian_are_compared_in_pairs(means, sizes):
     pairs = np.abs(means[:, None] - means) / np.maximum(sizes[:, None], sizes)
     assert _largest_difference(means, sizes) == pairs.max()
+
+
+def test_intervals_at_a_change_that_are_exact_count_as_tested():
+    # two of three intervals are next to the switch, which is on the breakpoint between them
+    found = dash(3)
+    assert found.objective == pytest.approx(30.0, rel=1e-8)
+    certificate = certify(found)
+    changes = named_check(certificate, "active-set changes of 'dash'")
+    assert changes.sentence.startswith("2 of 3 intervals")
+    assert changes.value == 0.0
+    assert certificate.passed, str(certificate)
+
+
+def test_the_multipliers_of_too_fine_a_mesh_are_the_solvers(monkeypatch):
+    # with the switch on a breakpoint of 21 intervals many sets fit, one of them the switch's
+    costates = dash(21).multipliers.costates[0].polynomial.ends()
+    monkeypatch.setattr(multiplier_sets, "_MOST_CHANGES", 20)
+    found = dash(21)
+    assert found.objective == pytest.approx(30.0, rel=1e-8)
+    assert np.abs(found.multipliers.costates[0].polynomial.ends() - costates).max() > 1e-3
 
 
 def test_intervals_at_a_change_that_are_not_exact_do_not():

@@ -105,32 +105,17 @@ class OtherControls:
         """What the best controls promise while the rest stays as it is [unit of the objective]."""
         return float(self.weights @ self.less)
 
-    def of_intervals(self, count: int) -> Array:
-        """`gain` of each of all intervals of the phase, shape (count,)."""
-        gains = np.zeros(count)
-        np.add.at(gains, self.intervals, self.weights * self.less)
-        return gains
 
-
-def other_controls(
-    iterate: Iterate, evaluator: Evaluator, *, valleys_only: bool = False
-) -> Iterator[OtherControls]:
+def other_controls(iterate: Iterate, evaluator: Evaluator) -> Iterator[OtherControls]:
     """The best controls that were tried, for each phase in which others than neighbours may be.
 
     Nothing is tried in intervals in which a limit of states alone acts. Where controls enter it,
     only what is much better counts, and everywhere if the scheme's multipliers tell little.
-
-    Parameters
-    ----------
-    valleys_only : bool
-        Whether phases are left out whose Hamiltonian has one valley only.
     """
     alone, telling = acting_on_states(iterate), iterate.scheme.informative_multipliers
     for index, strongest in enumerate(strongest_multipliers(iterate)):
         acting = (strongest > ACTING) | (not telling)
-        found = others_of_phase(
-            iterate, evaluator, index, ~alone[index], acting, valleys_only=valleys_only
-        )
+        found = others_of_phase(iterate, evaluator, index, ~alone[index], acting)
         if found is not None:
             yield found
 
@@ -138,16 +123,6 @@ def other_controls(
 def promised_by(found: Sequence[OtherControls], iterate: Iterate) -> float:
     """What other controls promise to gain together, relative to the objective."""
     return sum(other.gain for other in found) / iterate.objective_size
-
-
-def promise_of_other_valleys(answer: Iterate, evaluator: Evaluator) -> float:
-    """What controls in other valleys promise, relative to the objective; 0 if nearly nothing.
-
-    Where ever faster changes between two valleys gain, each motion that is looked for beside an
-    answer has more of them than the one before. To follow them would come to no end.
-    """
-    promised = promised_by(list(other_controls(answer, evaluator, valleys_only=True)), answer)
-    return promised if promised > CERTIFIED_GAIN else 0.0
 
 
 def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
@@ -192,8 +167,6 @@ def others_of_phase(
     index: int,
     where: Flags,
     acting: Flags | None = None,
-    *,
-    valleys_only: bool = False,
 ) -> OtherControls | None:
     """The best of what is tried in some intervals of a phase; None if there is no need.
 
@@ -203,8 +176,6 @@ def others_of_phase(
         In which intervals.
     acting : (N,), optional
         In which of them a limit acts, so that only what is much better counts.
-    valleys_only : bool
-        As of `other_controls`.
     """
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
@@ -214,7 +185,7 @@ def others_of_phase(
         return None
     # a straight Hamiltonian has its least at an end of what straight limits leave, and neighbours
     # tell of it, unless limits leave a control no room alone
-    tied = not valleys_only and are_tied(iterate, evaluator, index)
+    tied = are_tied(iterate, evaluator, index)
     if dependence.is_straight and not (vanished or tied):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(tried))
