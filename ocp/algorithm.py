@@ -41,10 +41,8 @@ from ocp.verification.verify import Verification, unverified, verify
 _DEFAULTS = Settings()
 
 # Every interval can meet its tolerance while their errors add up to a miss of the replayed end
-# state, or of the objective. The tolerance is then made stricter by this factor, and so many
-# refinements are made at most.
+# state, or of the objective. The tolerance is then made stricter by this factor.
 _STRICTER = 30.0
-_STRICTER_GOES = 3
 
 # words of other tools
 _ELSEWHERE = {

@@ -32,7 +32,6 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.errors import StatementWarning
 from ocp.optimality.active_set import ACTIVE, LimitDistances, limit_distances
 from ocp.optimality.crossed_jumps import crossed_jumps
 from ocp.optimality.iterate import Iterate
@@ -41,7 +40,7 @@ from ocp.optimality.multipliers import all_multipliers
 from ocp.problem.end_limits import sides_closed_by_ends
 from ocp.problem.parameters import Parameters, limit_slopes
 from ocp.problem.phase import Phase
-from ocp.problem.problem import Problem
+from ocp.problem.problem import Problem, told_before
 from ocp.problem.symbols import Between
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
@@ -465,9 +464,7 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
         return
 
     phases = [_released(p) if i in fixed else p for i, p in enumerate(problem.phases)]
-    with warnings.catch_warnings():
-        # the statement has been warned of
-        warnings.simplefilter("ignore", StatementWarning)
+    with told_before():
         free = replace(problem, phases=phases)
     released = transcribe(
         free,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
@@ -48,7 +49,6 @@ Kind = TypeVar("Kind", bound=Symbol)
 _FORMER = {
     "raise_kinks": "write it where the problem is solved: Settings(reformulations=()) for False"
 }
-
 # Calls between the line that states a problem and the warning of it
 _STATED = 4
 
@@ -266,6 +266,14 @@ class Problem:
     def phase(self, name: str) -> Phase:
         """The phase of that name."""
         return next(phase for phase in self.phases if phase.name == name)
+
+
+@contextmanager
+def told_before() -> Iterator[None]:
+    """Problems that are made of another one here do not warn of its jumps again."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", StatementWarning)
+        yield
 
 
 def _checked_phases(phases: Any, where: str) -> tuple[Phase, ...]:

@@ -7,7 +7,6 @@ collocation.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -16,13 +15,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ocp.errors import StatementError, StatementWarning
+from ocp.errors import StatementError
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, SignalGroup, SignalKind, Trajectory
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters, parameters_of
-from ocp.problem.problem import Problem
+from ocp.problem.problem import Problem, told_before
 from ocp.problem.symbols import (
     Algebraic,
     Constant,
@@ -177,9 +176,7 @@ def reformulated(problem: Problem, reformulations: tuple[Reformulation, ...]) ->
     """
     form = Form(problem, problem, passes=tuple(map(repr, reformulations)))
     for each in reformulations:
-        with warnings.catch_warnings():
-            # the statement has been warned of
-            warnings.simplefilter("ignore", StatementWarning)
+        with told_before():
             restated = each.apply(form.problem)
         if restated is not None:
             form = form.then(restated)

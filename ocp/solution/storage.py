@@ -32,7 +32,7 @@ from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
 from ocp.problem.interpolants import Interpolant, interpolant_of
 from ocp.problem.parameters import parameters_of
 from ocp.problem.phase import Phase
-from ocp.problem.problem import Problem
+from ocp.problem.problem import Problem, told_before
 from ocp.problem.symbols import TIME, ByFraction, Signal, Symbol, Time, resolve
 from ocp.reformulate.form import Form
 from ocp.solution.files import check_room, read_file, write_file
@@ -130,7 +130,8 @@ def tabulated(problem: Problem) -> Problem:
     A solve of it takes the same steps here and in another process, or after the problem was stored.
     """
     phases = [replace(phase, guess=_tabulated(phase, problem)) for phase in problem.phases]
-    return replace(problem, phases=phases)
+    with told_before():
+        return replace(problem, phases=phases)
 
 
 def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") -> Any:
@@ -349,7 +350,8 @@ class _Reader:
         if made is Solution and "form" not in values:
             form = Form(values["problem"], values["problem"])
             values |= {"form": form, "form_evaluator": values["evaluator"]}
-        return made(**values)
+        with told_before():
+            return made(**values)
 
     def _expression(self, entry: Mapping[str, Any]) -> ca.SX:
         symbols = [self.read(symbol) for symbol in entry["symbols"]]

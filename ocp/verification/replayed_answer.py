@@ -12,6 +12,7 @@ import numpy as np
 
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
+from ocp.problem.parameters import parameters_of
 from ocp.reformulate.form import Form
 from ocp.scaling.error_sizes import error_sizes
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
@@ -45,14 +46,17 @@ class ReplayedAnswer:
     @classmethod
     def of(cls, form: Form, iterate: Iterate, evaluator: Evaluator) -> ReplayedAnswer:
         """Replay an iterate of a form, whose evaluator is given."""
-        motion = form.stated(iterate.trajectory)
-        sizes = error_sizes(iterate.parameters, iterate.trajectory, iterate.scales.signals)
+        motion, sizes = form.stated(iterate.trajectory), dict(iterate.scales.signals)
         if form.is_statement:
-            simulated = simulate(form.problem, motion, sizes)
+            simulated = simulate(
+                form.problem, motion, error_sizes(iterate.parameters, motion, sizes)
+            )
             again = replayed(motion, simulated)
             return cls(form, simulated, again, again, evaluator, evaluator)
 
-        simulated = simulate(form.statement, motion, {**_sizes(motion), **_same(form, sizes)})
+        parameters = parameters_of(form.statement, motion.constants)
+        stated = error_sizes(parameters, motion, {**_sizes(motion), **_same(form, sizes)})
+        simulated = simulate(form.statement, motion, stated)
         again = replayed(motion, simulated)
         own = simulated
         if any(state in form.back for phase in form.statement.phases for state in phase.states):

@@ -322,11 +322,10 @@ def _floor() -> Planted:
     move = Phase("move", {X: u}, {X: 0}, end=1.0)
     end = move.at_end(X)
     cost = move.integral(u**2) + (end - 1.4) ** 2 + ca.floor(end)
-    problem = Problem("floor", [move], minimise=cost)
     return Planted(
         "an objective that counts whole metres",
         "nobody: that is an integer problem",
-        lambda: solve(problem),
+        lambda: solve(Problem("floor", [move], minimise=cost)),
         0.96,
     )
 
@@ -370,13 +369,13 @@ def _tariff() -> Planted:
     u = Control("u", "m/s")
     price = ca.pw_const(TIME, ca.DM([0.9]), ca.DM([1, 0.01]))
     go = Phase("go", {X: u}, {X: 0}, {X: 1}, end=Between(0.2, 3))
-    problem = Problem("tariff", [go], minimise=go.integral(u**2 * price) + 0.05 * go.duration)
+    cost = go.integral(u**2 * price) + 0.05 * go.duration
     t = np.linspace(0.2, 3, 2_000_001)
     costs = 1 / (np.minimum(t, 0.9) + 100 * np.maximum(t - 0.9, 0)) + 0.05 * t
     return Planted(
         "a price that steps at a known time, and a free end",
         "who has a tariff; two phases state it better",
-        lambda: solve(problem),
+        lambda: solve(Problem("tariff", [go], minimise=cost)),
         float(costs.min()),
     )
 
