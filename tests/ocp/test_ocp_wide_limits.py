@@ -10,8 +10,10 @@ from ocp import (
     Between,
     Bound,
     Control,
+    FixedMesh,
     Phase,
     Problem,
+    Settings,
     State,
     Unknown,
     certify,
@@ -153,3 +155,14 @@ def test_a_signal_that_rests_within_its_limits_keeps_its_size():
     assert found.objective == pytest.approx(12.0, rel=1e-8)
     assert found.iterate.scales.signals["sway"] == 1.0
     assert certify(found).passed
+
+
+def test_one_mesh_with_sizes_of_wide_limits_is_not_certified():
+    found = solve(with_a_pause(1e6), settings=Settings(refinement=FixedMesh()))
+    assert found.objective > 12.4
+    certificate = certify(found)
+    assert [check.name for check in certificate.checks if check.failed] == ["a second solve"]
+    # a second solve takes its sizes from the motion
+    best = 1.5 / (0.5**3 - 0.15**3)
+    again = solve(found.problem, guess=certificate.start)
+    assert again.objective == pytest.approx(best, rel=1e-6)
