@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -152,12 +152,14 @@ def certify(
     Raises
     ------
     StatementError
-        When it is no solution, or does not carry its multipliers.
+        When it is no solution, does not carry its multipliers, or a diagnostic is none.
     KeyboardInterrupt
         When the user stops the second solve.
     """
     if not hasattr(solution, "kept_iterate"):
         raise StatementError(f"certify checks a Solution, not {solution!r}; solve it first")
+
+    _check_diagnostics(diagnostics)
 
     # what the solution shows is tested, not what its solver once had
     iterate, form = solution.kept_iterate, solution.form
@@ -177,7 +179,34 @@ def certify(
         evaluator=solution.form_evaluator,
         allowed=tolerances or Tolerances(),
     )
-    checks = tuple(finding for ask in diagnostics for finding in ask(answer))
+    checks = tuple(finding for ask in diagnostics for finding in _findings(ask, answer))
     # the certificate says itself what is confirmed
     verdict = solution.verdict.removesuffix(f"; {NOT_CONFIRMED}")
     return Certificate(iterate.problem.name, solution.objective, verdict, checks)
+
+
+def _check_diagnostics(diagnostics: Any) -> None:
+    """StatementError unless they are several functions."""
+    if callable(diagnostics):
+        raise StatementError("diagnostics is one function; write a list: diagnostics=[...]")
+    if isinstance(diagnostics, (list, tuple)) and all(map(callable, diagnostics)):
+        return
+    raise StatementError(
+        f"diagnostics is {diagnostics!r}; give a list of functions from Evidence to findings"
+    )
+
+
+def _findings(ask: Diagnostic, answer: Evidence) -> list[Finding]:
+    """What a diagnostic finds.
+
+    Raises
+    ------
+    StatementError
+        When it gives something else.
+    """
+    found: Any = ask(answer)
+    findings: list[Any] = [found] if isinstance(found, (Finding, type(None))) else list(found)
+    if all(isinstance(finding, Finding) for finding in findings):
+        return findings
+    name = getattr(ask, "__name__", repr(ask))
+    raise StatementError(f"the diagnostic '{name}' gave {found!r}; let it yield Finding(...)")

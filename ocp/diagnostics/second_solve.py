@@ -54,6 +54,9 @@ _OF_A_SCALE = 1e-3
 # [s] that it may take after a solve that took less
 _LEAST_SECONDS = 60.0
 
+# What rows of the program may be off by, scaled, where a run is cut short
+_FEASIBLE = 1e-6
+
 # Part of the tolerance on the objective by which a run may end above its least value
 _ABOVE = 0.1
 
@@ -67,11 +70,13 @@ class _Run:
     outcome : how it ended.
     value : the objective there [unit of the objective].
     motion : what it reached.
+    feasible : whether that meets all rows of the program.
     """
 
     outcome: Outcome
     value: float
     motion: Trajectory
+    feasible: bool
 
     @property
     def solved(self) -> bool:
@@ -156,9 +161,11 @@ def _run(
     # what rows are off by, within the solver's tolerance, is no gain
     objective, values = program.program.oracle(result.x, parameters.vector)
     rows = np.asarray(values.full()).ravel()
-    priced = float(result.row_multipliers @ (rows - np.clip(rows, *limits.rows)))
+    beyond = rows - np.clip(rows, *limits.rows)
+    priced = float(result.row_multipliers @ beyond)
     value = problem.sense * (float(objective) + priced) * program.scales.objective
-    return _Run(result.outcome, value, trajectory_of(program, result.x, parameters))
+    motion = trajectory_of(program, result.x, parameters)
+    return _Run(result.outcome, value, motion, bool(np.abs(beyond).max(initial=0.0) <= _FEASIBLE))
 
 
 def _program(iterate: Iterate) -> Transcription:
@@ -186,12 +193,22 @@ def _finding(answer: Evidence, runs: Sequence[_Run], size: float) -> Finding:
         What changes of the objective are relative to.
     """
     iterate, sense, tolerance = answer.iterate, answer.iterate.problem.sense, answer.allowed.gain
+
+    def gain_of(run: _Run) -> float:
+        return float(sense * (iterate.objective - run.value) / size)
+
     solved = [run for run in runs if run.solved]
+    better = [run for run in runs if run.feasible and gain_of(run) > tolerance]
+    if better and not solved:
+        best = max(better, key=gain_of)
+        sentence = f"a run from beside this motion had reached {best.value:.10g}, not at its end"
+        start = answer.solution.form.stated(best.motion)
+        return Finding(SECOND_SOLVE, gain_of(best), tolerance, sentence, start)
     if not solved:
         return _without_end(runs, tolerance)
 
-    best = min(solved, key=lambda run: sense * run.value)
-    gain = sense * (iterate.objective - best.value) / size / (1.0 - _LEFT)
+    best = max(solved, key=gain_of)
+    gain = gain_of(best) / (1.0 - _LEFT)
     reached = f"of {len(runs)} runs from beside this motion the best one reached {best.value:.10g}"
     if gain < -tolerance:
         sentence = f"{reached}: they ended at worse motions, which says nothing of this one"

@@ -24,6 +24,7 @@ from ocp import (
     Radau,
     Settings,
     State,
+    StatementError,
     certify,
     confirm,
     solve,
@@ -168,6 +169,21 @@ def test_progress_is_told():
     lines = []
     told(solve(move()), progress=lines.append)
     assert lines[0] == "least effort: a second solve, run 1"
+
+
+@pytest.mark.parametrize(
+    ("diagnostics", "words"),
+    [
+        (confirm, "diagnostics is one function; write a list"),
+        ("confirm", "diagnostics is 'confirm'; give a list of functions"),
+        ([1.0], r"diagnostics is \[1.0\]; give a list of functions"),
+        ([lambda answer: None], "'<lambda>' gave None; let it yield Finding"),
+        ([lambda answer: [0.5]], r"'<lambda>' gave \[0.5\]; let it yield Finding"),
+    ],
+)
+def test_what_is_no_diagnostic_is_told(diagnostics, words):
+    with pytest.raises(StatementError, match=words):
+        certify(solve(move()), diagnostics=diagnostics)
 
 
 def fast_enough(answer: Evidence):
