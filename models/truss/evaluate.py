@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arrays import Array
+from models.arrays import Array, elementwise
 from models.errors import require
 from models.truss.bar_forces import bar_forces
 from models.truss.dynamics import rope_force
@@ -94,8 +94,8 @@ def evaluate_motion(
     )
     _check_motion(parameters, alpha, omega, acc)
 
-    rows = _kernel(parameters, net)(*(values[None, :] for values in (alpha, omega, acc)))
-    history = dict(zip(_QUANTITIES, (row.full().ravel() for row in rows), strict=True))
+    rows = elementwise(_kernel(parameters, net), alpha, omega, acc)
+    history = dict(zip(_QUANTITIES, (row.ravel() for row in rows), strict=True))
     return TrussMotion(
         parameters=parameters,
         angle=alpha,
@@ -142,7 +142,8 @@ def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
         reaction_force(parameters, alpha, omega, acc),
     ]
 
-    kernel: ca.Function = ca.Function("truss", [alpha, omega, acc], outputs, {"cse": True})
+    dense = [ca.densify(output) for output in outputs]
+    kernel: ca.Function = ca.Function("truss", [alpha, omega, acc], dense, {"cse": True})
     return kernel
 
 

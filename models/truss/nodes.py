@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arrays import Array
+from models.arrays import Array, elementwise
 from models.truss.kinematics import node_position
 from models.truss.parameters import TrussParameters
 
@@ -46,8 +46,7 @@ def node_motion(
     omega, acc = (np.asarray(values, dtype=float)[..., None] for values in (speed, acceleration))
 
     # chain rule: r' omega and r' acc + r'' omega^2
-    parts = _kernel(parameters, node, module)(alpha[None, :])
-    place, slope, bend = (part.full().T for part in parts)
+    place, slope, bend = elementwise(_kernel(parameters, node, module), alpha)
     return NodeMotion(place, slope * omega, slope * acc + bend * omega**2)
 
 

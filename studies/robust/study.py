@@ -89,18 +89,28 @@ def run(study: RobustTrussStudy, console: Console | None = None) -> Result:
 
 def _answer(study: RobustTrussStudy, console: Console) -> Result:
     deployment = study.deployment
+    console.progress("the force that no law beats in each scenario")
+    least = bounds(study, study.scenarios)  # now, as who stops the search does not wait for it
     console.progress(f"{NOMINAL_LAW}: the best motion of the nominal truss, to compare with")
     nominal = Search(replace(deployment, margin=None), console).run()
     own = Deployment(NOMINAL_LAW, nominal.deployment.law, deployment.truss, None, deployment.margin)
     robust = search(study, own, console)
     stopped = robust.audit.interrupted or nominal.interrupted
-    return kept(lambda whole: _result(_found(nominal, robust, own, console, whole)), stopped)
+    return kept(lambda whole: _result(_found(nominal, robust, own, least, console, whole)), stopped)
 
 
 def _found(
-    nominal: BestMotion, robust: RobustLaw, own: Deployment, console: Console, whole: bool
+    nominal: BestMotion,
+    robust: RobustLaw,
+    own: Deployment,
+    least: Mapping[str, float],
+    console: Console,
+    whole: bool,
 ) -> _Found:
-    """Both laws on all trusses; on those that are drawn, too, if the whole is asked for."""
+    """Both laws on all trusses.
+
+    If the whole is asked for, also on those that are drawn, and with the bounds of the corners.
+    """
     study, deployment = robust.study, robust.study.deployment
     laws = (Deployment(ROBUST, robust.law, deployment.truss, None, deployment.margin), own)
     stated = np.array([study.values_of(stated) for stated in study.scenarios.values()])
@@ -110,8 +120,10 @@ def _found(
         console.progress(f"{study.uncertainty.draws} trusses are drawn")
         values = drawn(study)
         draws = {law.name: replay(law, values, console.progress) for law in laws}
+    if whole:
+        least = {**least, **bounds(study, [name for name in study.scenarios if name not in least])}
     ranges = {law.name: both for law in laws if (both := extremes(study, law)) is not None}
-    return _Found(study, nominal, robust, laws, scenarios, ranges, draws, bounds(study))
+    return _Found(study, nominal, robust, laws, scenarios, ranges, draws, least)
 
 
 def _result(found: _Found) -> Result:
@@ -216,7 +228,7 @@ def _scenario_rows(found: _Found) -> list[TableRow]:
                 f"peak rope force, {name}",
                 "N",
                 peaks,
-                bound=found.bounds[name],
+                bound=found.bounds.get(name),
                 better="less",
             ),
             TableRow(f"{name}-least", f"least tension, {name}", "N", leasts, better="more"),

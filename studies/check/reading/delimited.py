@@ -81,8 +81,10 @@ def _layout(path: Path) -> TextLayout:
     if len(head) == HEAD:
         lines = lines[:-1]  # cut in the middle
 
+    others = [_other_cells(line) for line in lines]
     tried = [(separator, decimal) for separator in SEPARATORS for decimal in ".,"]
-    found = [f for f in (_fits(lines, *pair, encoding) for pair in tried) if f is not None]
+    fits = (_fits(lines, others, *pair, encoding) for pair in tried)
+    found = [fit for fit in fits if fit is not None]
     if _is_ambiguous(lines):
         refuse(path, "has commas both between cells and as decimal sign; separate by semicolons")
     if not found:
@@ -130,13 +132,19 @@ def cells_of(line: str, separator: str | None) -> list[str]:
 
 
 def _fits(
-    lines: list[str], separator: str | None, decimal: str, encoding: str
+    lines: list[str],
+    others: list[list[list[str]]],
+    separator: str | None,
+    decimal: str,
+    encoding: str,
 ) -> tuple[tuple[bool, int, int, int], TextLayout] | None:
-    """How well a separator and a decimal sign fit a text: rows in order, columns, precedence."""
+    """How well a separator and a decimal sign fit a text: rows in order, columns, precedence.
+
+    The others are what else the cells of each line may be, if it is a header.
+    """
     if separator == "," and decimal == ",":
         return None
     rows = [[] if _COMMENT.match(line) else cells_of(line, separator) for line in lines]
-    others = [_other_cells(line) for line in lines]
     table = layout_of(rows, decimal, others)
     if table is None:
         return None

@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from models.arrays import elementwise
 from models.laws import AngularMotion, Hermite, Law
 from models.numerics import peaks_in
 from models.truss import (
@@ -284,8 +285,8 @@ class Deployment:
 
 def _rope_jerks(truss: TrussParameters, *motion: Array) -> Array:
     """Jerk of the rope [m/s^3] along angle, speed, acceleration and jerk, (m,) each."""
-    found: Array = _rope_jerk_kernel(truss)(*(row[None, :] for row in motion)).full().ravel()
-    return found
+    (found,) = elementwise(_rope_jerk_kernel(truss), *motion)
+    return found.ravel()
 
 
 @lru_cache(maxsize=8)

@@ -22,6 +22,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from models.arrays import elementwise
 from models.truss import Net, TrussParameters, angular_acceleration, static_force, static_peak
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
@@ -220,8 +221,10 @@ class PhasePlane:
         first, last = driven.upto(switch_time), braking.upto(brake_time)[::-1]
         angle, speed = np.hstack([driven(first), braking(last)])
         rope_force = np.concatenate([np.full(first.size, force), np.zeros(last.size)])
-        points = (angle[None, :], speed[None, :], rope_force[None, :])
-        slack, taut = (self._acceleration[net](*points).full().ravel() for net in ("slack", "taut"))
+        points = (angle, speed, rope_force)
+        slack, taut = (
+            elementwise(self._acceleration[net], *points)[0].ravel() for net in ("slack", "taut")
+        )
         acceleration = np.where(angle < self.parameters.net_angle, slack, taut)
         return FastestMotion(
             force=force,

@@ -92,6 +92,7 @@ def test_report_and_export_take_the_design_that_was_found(folder: Path) -> None:
     assert float(last.split(",")[1]) == pytest.approx(48 * (open_distance + 0.45), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_prices_are_a_table(folder: Path) -> None:
     rows = (folder / "prices.csv").read_text().splitlines()
     assert rows[0].startswith("bound,side,limit,unit,price")

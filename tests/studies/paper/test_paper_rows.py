@@ -117,6 +117,7 @@ def test_a_wrong_model_is_found(monkeypatch):
     assert failed == {"crank c"}
 
 
+@pytest.mark.slow
 def test_another_duration_is_no_longer_the_papers():
     found = planning_entries(Cases(PaperStudy(duration=120.0)))
     failed = {entry.quantity for entry in found if not entry.holds}
