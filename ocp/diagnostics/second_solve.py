@@ -54,7 +54,7 @@ _OF_A_SCALE = 1e-3
 # [s] that it may take after a solve that took less
 _LEAST_SECONDS = 60.0
 
-# What rows of the program may be off by, scaled, where a run is cut short
+# What rows of the program may be off by if a run is cut short, relative to its largest unknown
 _FEASIBLE = 1e-6
 
 # Part of the tolerance on the objective by which a run may end above its least value
@@ -165,7 +165,9 @@ def _run(
     priced = float(result.row_multipliers @ beyond)
     value = problem.sense * (float(objective) + priced) * program.scales.objective
     motion = trajectory_of(program, result.x, parameters)
-    return _Run(result.outcome, value, motion, bool(np.abs(beyond).max(initial=0.0) <= _FEASIBLE))
+    largest = np.abs(result.x).max(initial=1.0)  # of what runs away, too
+    feasible = bool(np.abs(beyond).max(initial=0.0) <= _FEASIBLE * largest)
+    return _Run(result.outcome, value, motion, feasible)
 
 
 def _program(iterate: Iterate) -> Transcription:

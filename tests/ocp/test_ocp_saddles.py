@@ -116,7 +116,9 @@ def test_a_certificate_refuses_a_saddle(still: Solution) -> None:
     assert refused[0].start is not None
 
 
-def test_a_certificate_is_refused_if_the_objective_runs_away_beside_the_motion(still: Solution) -> None:
+def test_a_certificate_is_refused_if_the_objective_runs_away_beside_the_motion(
+    still: Solution,
+) -> None:
     assert certify(still).passed
     x, u = State("x", "m"), Control("u", "m/s")
     ends = Phase("way", {x: u}, end=1.0, guess={x: 0.0, u: 0.0})
