@@ -27,9 +27,8 @@ def test_controls_that_a_constraint_forbids_are_none() -> None:
         end=2.0,
         bounds=[throttle * (1 + 0.1 * throttle**2) >= 0],
     )
-    found, check = solved(Problem("forward", forward, maximise=forward.at_end(x)))
+    _, check = solved(Problem("forward", forward, maximise=forward.at_end(x)))
     assert check.passed
-    assert "other controls" not in found.verdict
 
 
 def test_a_valley_narrower_than_the_steps_between_what_is_tried_is_found() -> None:
@@ -40,7 +39,7 @@ def test_a_valley_narrower_than_the_steps_between_what_is_tried_is_found() -> No
     cost = phase.integral(40 * (control**2 - 1) ** 2 + 0.1 * control)
     found, check = solved(Problem("narrow", phase, minimise=cost))
     assert found.objective == pytest.approx(0.1, rel=1e-3)
-    assert "u = -1 instead of 0.99" in found.verdict
+    assert "u = -1 instead of 0.99" in check.sentence
     assert check.value == pytest.approx(2.0, rel=1e-2)
 
 
@@ -52,7 +51,7 @@ def test_limits_far_wider_than_the_motion_hide_no_valley(limit: float) -> None:
     cost = (control**2 - 1) ** 2 + 0.3 * control + 1e-3 * place
     found, check = solved(Problem("wide", go, minimise=go.integral(cost)))
     assert found.objective == pytest.approx(0.294, abs=1e-2)
-    assert "u = -1.0" in found.verdict
+    assert "u = -1.0" in check.sentence
     assert check.value > 1.0
 
 
