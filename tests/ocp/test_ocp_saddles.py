@@ -116,7 +116,7 @@ def test_a_certificate_refuses_a_saddle(still: Solution) -> None:
     assert refused[0].start is not None
 
 
-def test_a_certificate_is_refused_if_the_objective_runs_away_beside_the_motion(
+def test_a_certificate_is_refused_if_the_objective_runs_away(
     still: Solution,
 ) -> None:
     assert certify(still).passed
