@@ -54,8 +54,10 @@ _OF_A_SCALE = 1e-3
 # [s] that it may take after a solve that took less
 _LEAST_SECONDS = 60.0
 
-# What rows of the program may be off by if a run is cut short, relative to its largest unknown
+# What rows of the program may be off by if a run is cut short, relative to its largest unknown, and
+# what it gains of the objective if that runs away: more than rows can be worth that are off so far
 _FEASIBLE = 1e-6
+_AWAY = 1e3
 
 # Part of the tolerance on the objective by which a run may end above its least value
 _ABOVE = 0.1
@@ -200,14 +202,9 @@ def _finding(answer: Evidence, runs: Sequence[_Run], size: float) -> Finding:
         return float(sense * (iterate.objective - run.value) / size)
 
     solved = [run for run in runs if run.solved]
-    better = [run for run in runs if run.feasible and gain_of(run) > tolerance]
-    if better and not solved:
-        best = max(better, key=gain_of)
-        sentence = f"a run from beside this motion had reached {best.value:.10g}, not at its end"
-        start = answer.solution.form.stated(best.motion)
-        return Finding(SECOND_SOLVE, gain_of(best), tolerance, sentence, start)
     if not solved:
-        return _without_end(runs, tolerance)
+        away = any(run.feasible and gain_of(run) > _AWAY for run in runs)
+        return _without_end(runs, tolerance, away=away)
 
     best = max(solved, key=gain_of)
     gain = gain_of(best) / (1.0 - _LEFT)
@@ -223,10 +220,10 @@ def _finding(answer: Evidence, runs: Sequence[_Run], size: float) -> Finding:
     return Finding(SECOND_SOLVE, abs(gain), tolerance, sentence, start)
 
 
-def _without_end(runs: Sequence[_Run], tolerance: float) -> Finding:
-    """What runs say of which none was solved."""
+def _without_end(runs: Sequence[_Run], tolerance: float, *, away: bool) -> Finding:
+    """What runs say of which none was solved; one may have left all sizes behind."""
     outcomes = {run.outcome for run in runs}
-    if "unbounded" in outcomes:
+    if away or "unbounded" in outcomes:
         sentence = "beside this motion the objective runs away"
         return Finding(SECOND_SOLVE, math.inf, tolerance, sentence)
     if outcomes == {"infeasible"}:

@@ -127,6 +127,7 @@ def test_a_certificate_is_refused_if_the_objective_runs_away(
     certificate = certify(solve(problem))
     (second,) = (check for check in certificate.checks if check.name == "a second solve")
     assert second.failed
+    assert "runs away" in second.sentence
     assert not certificate.passed
 
 
