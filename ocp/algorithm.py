@@ -13,6 +13,8 @@ from typing import Any
 from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.later import later
+from ocp.mesh.first_mesh import following
+from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import collapsed
@@ -22,6 +24,7 @@ from ocp.optimality.multipliers import multipliers
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
 from ocp.problem.integrator_chains import first_degree
+from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
 from ocp.progress import Progress, shown
@@ -222,7 +225,7 @@ def collocate(
     parameters, start = form.parameters(), None if guess is None else form.solved(guess)
     with shown(progress) as say, told_of(form):
         meshes = MeshSolver.of(form.problem, settings, parameters, say)
-        program = meshes.first_program(start, mesh or first_mesh(form.problem, settings))
+        program = meshes.first_program(start, mesh or first_mesh(form.problem, settings, start))
         result = meshes.solve(program, start, settings.solver)
 
     motion = trajectory_of(program, result.x, parameters)
@@ -281,17 +284,26 @@ def start_from(form: Form, settings: Settings, guess: Solution | Trajectory | No
 
 def mesh_of(form: Form, settings: Settings, guess: Solution | Trajectory | None) -> Mesh:
     """The first mesh where none is given: that of a solution, or a new one."""
-    return guess.mesh if isinstance(guess, Solution) else first_mesh(form.problem, settings)
+    if isinstance(guess, Solution):
+        return guess.mesh
+    return first_mesh(form.problem, settings, None if guess is None else form.solved(guess))
 
 
-def first_mesh(problem: Problem, settings: Settings) -> Mesh:
-    """The first mesh of a solve, whose intervals are equal."""
+def first_mesh(problem: Problem, settings: Settings, guess: Trajectory | None = None) -> Mesh:
+    """The first mesh of a solve: uniform, unless the guess moves too fast for that."""
     highest = settings.refinement.highest_degree
     degrees = [
         first_degree(problem, phase, settings.scheme, settings.controls, highest)
         for phase in problem.phases
     ]
-    return Mesh(tuple(map(uniform, first_intervals(settings, problem), degrees)))
+    uniformly = map(uniform, first_intervals(settings, problem), degrees)
+    stated = initial_guess(problem, parameters_of(problem), guess)
+    return Mesh(
+        tuple(
+            following(mesh, stated.phases[phase.name], [state.name for state in phase.states])
+            for mesh, phase in zip(uniformly, problem.phases, strict=True)
+        )
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
