@@ -16,6 +16,7 @@ from ocp.estimates.constrained_arcs import arc_gains
 from ocp.estimates.excess_price import weighted_by_worth, without_small_costs
 from ocp.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.estimates.missed_switches import (
+    between_valleys,
     displaced_switches,
     missed_switches,
     shared,
@@ -58,6 +59,10 @@ class PhaseErrors:
         a path constraint acts, and of what backed-off limits cost.
     switching : (N,)
         What finer controls could gain, rough or not.
+    valleys : (N - 1,)
+        What other times of fixed inner breakpoints could gain, relative to the objective, where a
+        control changes there from one valley of the Hamiltonian to another. Half of it is in `gain`
+        on each side.
     displaced : (N - 1,)
         Whether a control switches at a fixed inner breakpoint, and should do so at another time by
         the Hamiltonian.
@@ -81,6 +86,7 @@ class PhaseErrors:
     dynamics: Array
     gain: Array
     switching: Array
+    valleys: Array
     displaced: Flags
     excess: tuple[Extremes, ...]
     jumps: tuple[Jump, ...]
@@ -137,7 +143,8 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
     for index, motion in enumerate(iterate.trajectory.phases):
         jumps = tuple(control_jumps(motion, iterate.scales.signals))
         gains = PhaseGains.of(iterate, evaluator, index, strongest[index])
-        missed = shared(missed_switches(iterate, evaluator, index, jumps))
+        valleys = between_valleys(iterate, evaluator, index)
+        missed = shared(np.maximum(missed_switches(iterate, evaluator, index, jumps), valleys))
         acting = strongest[index] > ACTING
         on_arcs = arc_gains(iterate, evaluator, index, acting) / iterate.objective_size
         excess = without_small_costs(
@@ -151,6 +158,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 dynamics=motion_errors.dynamics[index],
                 gain=gains.told + missed + on_arcs,
                 switching=gains.anywhere + missed,
+                valleys=valleys,
                 displaced=displaced_switches(iterate, evaluator, index),
                 excess=excess,
                 jumps=jumps,

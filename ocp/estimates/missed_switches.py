@@ -9,6 +9,11 @@ The Hamiltonian tells what better controls gain inside the intervals. Where a co
 breakpoint that cannot move, the controls on both sides of it may be the best ones, and the jump
 should come earlier or later all the same: before it a constraint may leave the controls no room,
 but for the last part of an interval. Then the Hamiltonian jumps, too.
+
+A control may also jump from one *valley* of the Hamiltonian, a local minimum by the controls, to
+another, as a thruster does that is on or off. In an interval it is one polynomial, and stays in one
+valley. The other one may be better in a part of the interval. Then the control is smooth, and the
+Hamiltonian has no slope. Only controls far away tell.
 """
 
 from __future__ import annotations
@@ -18,6 +23,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocp.arrays import Array, Flags
+from ocp.estimates.other_controls.promise import others_of_phase
 from ocp.estimates.switch_detection import Jump, switches_at_breakpoints
 from ocp.mesh.mesh import SAME_POINT
 from ocp.mesh.trajectory import Evaluator
@@ -70,6 +76,25 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     if not (held.any() and told) or iterate.problem.is_discontinuous:
         return np.zeros_like(held)
     return held & (relative_jumps(iterate, evaluator, index) > _BALANCED)
+
+
+def between_valleys(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
+    """Gain that other times of held switches between valleys promise, (N - 1,).
+
+    For each inner breakpoint, relative to the objective. A control that jumps from one valley of
+    the Hamiltonian to another is in the worse one on one side of a breakpoint where its switch is
+    displaced. The gain is 0 where no switch is held, and for schemes whose multipliers do not tell.
+    It is also 0 in a phase that takes no time: other controls tell there that it should be longer.
+    """
+    motion = iterate.trajectory.phases[index]
+    held = _held_by_sides(iterate, index)
+    others = None
+    if held.any() and iterate.scheme.informative_multipliers:
+        others = others_of_phase(iterate, evaluator, index, beside(held), valleys_only=True)
+    if others is None or others.vanished:
+        return np.zeros(held.size)
+    of_intervals = others.of_intervals(motion.intervals) / iterate.objective_size
+    return np.where(held, of_intervals[:-1] + of_intervals[1:], 0.0)
 
 
 def beside(breakpoints: Flags) -> Flags:

@@ -105,6 +105,12 @@ class OtherControls:
         """What the best controls promise while the rest stays as it is [unit of the objective]."""
         return float(self.weights @ self.less)
 
+    def of_intervals(self, count: int) -> Array:
+        """`gain` of each of all intervals of the phase, shape (count,)."""
+        gains = np.zeros(count)
+        np.add.at(gains, self.intervals, self.weights * self.less)
+        return gains
+
 
 def other_controls(iterate: Iterate, evaluator: Evaluator) -> Iterator[OtherControls]:
     """The best controls that were tried, for each phase in which others than neighbours may be.
@@ -167,6 +173,8 @@ def others_of_phase(
     index: int,
     where: Flags,
     acting: Flags | None = None,
+    *,
+    valleys_only: bool = False,
 ) -> OtherControls | None:
     """The best of what is tried in some intervals of a phase; None if there is no need.
 
@@ -176,6 +184,8 @@ def others_of_phase(
         In which intervals.
     acting : (N,), optional
         In which of them a limit acts, so that only what is much better counts.
+    valleys_only : bool
+        Whether there is no need where the Hamiltonian has one valley only.
     """
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
@@ -185,7 +195,7 @@ def others_of_phase(
         return None
     # a straight Hamiltonian has its least at an end of what straight limits leave, and neighbours
     # tell of it, unless limits leave a control no room alone
-    tied = are_tied(iterate, evaluator, index)
+    tied = not valleys_only and are_tied(iterate, evaluator, index)
     if dependence.is_straight and not (vanished or tied):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(tried))

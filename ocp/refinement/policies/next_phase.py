@@ -150,7 +150,7 @@ def _refined(
     telling = demands.is_motion and not (unresolved or demands.leaves_controls)
     jumps = worthwhile_jumps(mesh, errors, objective) if telling else []
 
-    held = _wrongly_held(last, index, errors)
+    held = _wrongly_held(last, index, errors, objective)
     start = base
     if demands.move_breakpoints and telling and held.any():
         # Between its neighbours: how far off a switch is, nobody knows. Until it is there, the
@@ -263,13 +263,14 @@ def worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> 
     return worth
 
 
-def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors) -> Flags:
+def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: float) -> Flags:
     """Whether a switch at a fixed inner breakpoint should be elsewhere, (N - 1,)."""
+    held = errors.valleys >= 0.5 * tolerance
     # costates of a rough solve are rough, too
-    if not (last.tight and errors.displaced.any()):
-        return np.zeros_like(errors.displaced)
-    # multipliers are not unique beside any of them: another one may be displaced next time
-    return errors.displaced | held_switches(last.iterate, index, errors.jumps)
+    if last.tight and errors.displaced.any():
+        # multipliers are not unique beside any of them: another one may be displaced next time
+        held |= errors.displaced | held_switches(last.iterate, index, errors.jumps)
+    return held
 
 
 def _without_errors_at(errors: PhaseErrors, motion: PhaseTrajectory, places: Array) -> PhaseErrors:
