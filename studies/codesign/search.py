@@ -44,6 +44,7 @@ from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.smoothness import first_price
 
 SAME = 1e-4  # relative: optima closer than this are one
+GAIN = 1e-3  # relative: what a second solve may find, as the force is flat near the best design
 ROUGH = 1e-5  # relative: to which starts are solved; well below what tells optima apart
 STATED = "stated design"
 MOST_DRAWS = 1000  # for designs whose link is longer than their crank
@@ -191,7 +192,7 @@ def _a_second_time(
 ) -> tuple[Audit, Criterion]:
     """The audit with the answer that a second solve leaves, and what it says of it."""
     best = found.optima[0]
-    second = second_solve(best.solution, settings, console)
+    second = second_solve(best.solution, settings, console, gain=GAIN)
     solution = second.solution
     kept = dataclasses.replace(best, solution=solution, value=force(solution.problem, solution))
     optima = (kept, *found.optima[1:])

@@ -224,8 +224,9 @@ def test_limits_far_above_what_is_used_are_refused_and_a_scale_is_not():
 
     with pytest.raises(Unverified, match="for a vector state the scale= of its controls"):
         solve(problem(lower=-1e4, upper=1e4))
+    # on 20 intervals a second solve finds that 7e-6 are left
     stated, limited = (
-        solve(problem(**options))
+        solve(problem(**options), settings=Settings(intervals=40))
         for options in ({"lower": -1e4, "upper": 1e4, "scale": 1.0}, {"lower": -2, "upper": 2})
     )
     assert stated.objective == pytest.approx(limited.objective, rel=2e-6)

@@ -242,7 +242,7 @@ def test_a_coarse_law_meets_the_bound_of_the_worst_scenario(tmp_path: Path) -> N
     assert result.passed
     worst = next(row for row in result.table if row.key == "worst-force")
     # the static ridge of the rough truss, from its phase plane: a slow law cannot pass below it
-    assert worst.bound == pytest.approx(max(bounds(study).values()))
+    assert worst.bound == pytest.approx(max(bounds(study, study.scenarios).values()))
     assert worst.bound <= worst.values["robust"] <= worst.bound * (1 + 1e-4)
     assert result.verdict.kind == "global"
     # beside the paper's laws, and not beside the nominal optimum that costs as much
