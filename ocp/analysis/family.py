@@ -110,7 +110,7 @@ class Member:
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion of what is solved, see `Family.form`."""
+        """The motion of what is solved: of the field ``form`` of its `Family`."""
         return self.iterate.trajectory
 
 
