@@ -101,6 +101,8 @@ def answer(question: Question, folder: Path) -> Row:
 
 def _stopped(words: Sequence[str], at: float, folder: Path, said: int) -> Row:
     """The exit code of a command that is stopped at a moment, and the times until its end [s]."""
+    # what a shell runs in its background ignores Ctrl-C, and so would all that it starts
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(
         [sys.executable, "-m", "antenna_ocp", *words],
         cwd=folder,
