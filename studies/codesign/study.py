@@ -114,6 +114,8 @@ def run(study: CodesignStudy, console: Console | None = None) -> Result:
 def _answer(study: CodesignStudy, console: Console) -> Result:
     console.progress(f"{STATED}: its own best motion, to compare with")
     stated = Search(_without_force_caps(study.deployment), console).run()
+    if stated.interrupted:
+        raise KeyboardInterrupt  # which is no motion to go on from
     study = _with_bars(study, stated)
     held = requirements(study)
     check_some_design(study, held)
@@ -131,7 +133,7 @@ def _answer(study: CodesignStudy, console: Console) -> Result:
         pressing = prices(study, held, found.design, solution) if whole else None
         return _result(Codesign(study, stated, held, found, best, pressing))
 
-    return kept(result, found.audit.interrupted or stated.interrupted)
+    return kept(result, found.audit.interrupted)
 
 
 def _without_force_caps(study: TrussStudy) -> TrussStudy:

@@ -100,8 +100,20 @@ def alone(study: RobustTrussStudy, scenario: str) -> TrussStudy:
 
 
 def bounds(study: RobustTrussStudy, scenarios: Iterable[str]) -> dict[str, float]:
-    """What no law beats in each of some scenarios [N]; a joint that sticks only adds to it."""
-    return {name: Search(alone(study, name), silent()).bounds["peak-force"] for name in scenarios}
+    """What no law beats in each of some scenarios [N]; a joint that sticks only adds to it.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user stops it.
+    """
+    found = {}
+    for name in scenarios:
+        search = Search(alone(study, name), silent())
+        found[name] = search.bounds["peak-force"]
+        if search.interrupted:
+            raise KeyboardInterrupt
+    return found
 
 
 def search(study: RobustTrussStudy, nominal: Deployment, console: Console) -> RobustLaw:

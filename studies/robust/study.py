@@ -93,9 +93,11 @@ def _answer(study: RobustTrussStudy, console: Console) -> Result:
     least = bounds(study, study.scenarios)  # now, as who stops the search does not wait for it
     console.progress(f"{NOMINAL_LAW}: the best motion of the nominal truss, to compare with")
     nominal = Search(replace(deployment, margin=None), console).run()
+    if nominal.interrupted:
+        raise KeyboardInterrupt  # which is no motion to go on from
     own = Deployment(NOMINAL_LAW, nominal.deployment.law, deployment.truss, None, deployment.margin)
     robust = search(study, own, console)
-    stopped = robust.audit.interrupted or nominal.interrupted
+    stopped = robust.audit.interrupted
     return kept(lambda whole: _result(_found(nominal, robust, own, least, console, whole)), stopped)
 
 

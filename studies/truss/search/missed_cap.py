@@ -168,8 +168,10 @@ def solved_soon(
     value: Callable[[Problem, Solution], float],
     seconds: float,
     console: Console,
-) -> Trial | None:
-    """The first of several starts, with little effort; None where that tells nothing.
+) -> tuple[Trial | None, bool]:
+    """The first of several starts, with little effort, and whether the user stopped it.
+
+    There is none where it tells nothing.
 
     Parameters
     ----------
@@ -198,9 +200,9 @@ def solved_soon(
     except Interrupted:
         raise
     except OcpError as error:
-        return Trial(name, None, error, math.nan, clock.monotonic() - begin)
+        return Trial(name, None, error, math.nan, clock.monotonic() - begin), False
     except StudyError:  # there is no such start, which says nothing of the caps
-        return None
+        return None, False
     (trial,) = found.trials
     finished = trial.error is None and trial.solved.iterations < SOON
-    return trial if finished or found.interrupted else None
+    return trial if finished or found.interrupted else None, found.interrupted

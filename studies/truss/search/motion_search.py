@@ -228,6 +228,8 @@ class Search:
         first, *_ = starts
         soon = self._solved_soon(first, starts[first], len(starts))
         if soon is not None and soon.error is not None:
+            if self.interrupted:
+                raise Interrupted(STOPPED) from soon.error
             self._check_the_least(soon)
             soon = None
         return self._best_of(self._audited(starts, soon))
@@ -248,7 +250,7 @@ class Search:
         known = self.kept is not None and name in self.kept.names(self._kind)
         if known or self._hard_cap is None:
             return None
-        return solved_soon(
+        soon, self.interrupted = solved_soon(
             name,
             start,
             count,
@@ -257,6 +259,7 @@ class Search:
             seconds=self._some_left(),
             console=self.console,
         )
+        return soon
 
     def _check_the_least(self, soon: Trial) -> None:
         """Refuse a hard cap below the least found of what it is on; Interrupted if stopped."""
@@ -301,6 +304,8 @@ class Search:
     def _enough(self, names: Sequence[str], trials: Sequence[Trial]) -> bool:
         """Whether no further start is needed."""
         last = trials[-1]
+        if self.interrupted:
+            return True
         if self.enough is not None and last.error is None and last.value <= self.enough:
             return True
         return starts_agree(names, trials, SAME_BASIN)
