@@ -35,7 +35,7 @@ from ocp.errors import (
     Unbounded,
     Unverified,
 )
-from ocp.mesh.mesh import Mesh
+from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.nlp.interrupts import noted_interrupts
 from ocp.numerics.schemes import Gauss, HermiteSimpson, Lobatto, Radau, Trapezoid
@@ -57,6 +57,7 @@ from ocp.problem.symbols import (
 
 if TYPE_CHECKING:
     from ocp.algorithm import collocate, solve
+    from ocp.analysis.correction import Corrected, corrected
     from ocp.analysis.family import Family, Member, family
     from ocp.analysis.front.continuation import FrontPoint
     from ocp.analysis.front.pareto import ParetoFront, front
@@ -76,11 +77,12 @@ if TYPE_CHECKING:
     from ocp.diagnostics.tolerances import Tolerances
     from ocp.mesh.coarsening import coarsened
     from ocp.nlp.ipopt import Ipopt
+    from ocp.nlp.result import NlpResult
     from ocp.nlp.solver import NlpSolver
     from ocp.refinement.mesh_iteration import MeshIteration
     from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
     from ocp.refinement.policies.moving_mesh import MovingMesh
-    from ocp.refinement.policies.policy import FixedMesh, RefinementPolicy
+    from ocp.refinement.policies.policy import FixedMesh, MeshPolicy
     from ocp.reformulate.reformulation import Reformulation, Restated
     from ocp.settings import Settings
     from ocp.solution.solution import Solution
@@ -91,6 +93,7 @@ if TYPE_CHECKING:
 # states problems, or asks for help, need not wait for it. It saves a third of the time.
 _LATER = {
     "algorithm": ("collocate", "solve"),
+    "analysis.correction": ("Corrected", "corrected"),
     "analysis.family": ("Family", "Member", "family"),
     "analysis.front.continuation": ("FrontPoint",),
     "analysis.front.pareto": ("ParetoFront", "front"),
@@ -105,11 +108,12 @@ _LATER = {
     "analysis.starts.multistart": ("Audit", "audit"),
     "mesh.coarsening": ("coarsened",),
     "nlp.ipopt": ("Ipopt",),
+    "nlp.result": ("NlpResult",),
     "nlp.solver": ("NlpSolver",),
     "refinement.mesh_iteration": ("MeshIteration",),
     "refinement.policies.adaptive_mesh": ("AdaptiveMesh",),
     "refinement.policies.moving_mesh": ("MovingMesh",),
-    "refinement.policies.policy": ("FixedMesh", "RefinementPolicy"),
+    "refinement.policies.policy": ("FixedMesh", "MeshPolicy"),
     "reformulate.reformulation": ("Reformulation", "Restated"),
     "settings": ("Settings",),
     "solution.solution": ("Solution",),
@@ -128,6 +132,7 @@ _FORMER = {
     "time": "write TIME",
     "IpoptOptions": "write Ipopt",
     "Round": "write MeshIteration",
+    "RefinementPolicy": "write MeshPolicy",
 }
 
 __all__ = [
@@ -145,6 +150,7 @@ __all__ = [
     "Collapsed",
     "Constant",
     "Control",
+    "Corrected",
     "Diagnostic",
     "Evidence",
     "Family",
@@ -169,7 +175,9 @@ __all__ = [
     "Member",
     "Mesh",
     "MeshIteration",
+    "MeshPolicy",
     "MovingMesh",
+    "NlpResult",
     "NlpSolver",
     "NumericalTrouble",
     "OcpError",
@@ -177,12 +185,12 @@ __all__ = [
     "Overdetermined",
     "ParetoFront",
     "Phase",
+    "PhaseMesh",
     "PhaseTrajectory",
     "Prepared",
     "PriorityLevel",
     "Problem",
     "Radau",
-    "RefinementPolicy",
     "Reformulation",
     "Relaxation",
     "Relaxed",
@@ -207,6 +215,7 @@ __all__ = [
     "coarsened",
     "collocate",
     "confirm",
+    "corrected",
     "family",
     "front",
     "homotopy",

@@ -17,7 +17,7 @@ from ocp.numerics.schemes import SCHEMES, Radau, Scheme
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Piecewise, is_real
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
-from ocp.refinement.policies.policy import RefinementPolicy
+from ocp.refinement.policies.policy import MeshPolicy
 from ocp.reformulate.reformulation import Reformulation
 from ocp.reformulate.standard import STANDARD
 
@@ -79,7 +79,7 @@ class Settings:
     controls : str
         Shape of controls that do not state their own: "constant", "linear", "polynomial",
         "automatic" or "full".
-    refinement : RefinementPolicy
+    refinement : MeshPolicy
         How the mesh adapts: `AdaptiveMesh` or `FixedMesh`, or a policy of one's own.
     solver : NlpSolver
         Of the nonlinear programs: `Ipopt`, or a solver of one's own.
@@ -106,7 +106,7 @@ class Settings:
     scheme: Scheme = field(default_factory=Radau)
     intervals: int | Mapping[str, int] = INTERVALS
     controls: Piecewise = "automatic"
-    refinement: RefinementPolicy = field(default_factory=AdaptiveMesh)
+    refinement: MeshPolicy = field(default_factory=AdaptiveMesh)
     solver: NlpSolver = field(default_factory=Ipopt)
     accuracy: Accuracy = field(default_factory=Accuracy)
     reformulations: Sequence[Reformulation] = STANDARD
@@ -124,7 +124,7 @@ class Settings:
             _check_count("intervals", count)
         _check_choice("controls", self.controls, get_args(Piecewise))
         policies = "AdaptiveMesh() or FixedMesh()"
-        _check_kind("refinement", self.refinement, RefinementPolicy, policies)
+        _check_kind("refinement", self.refinement, MeshPolicy, policies)
         _check_solver(self.solver)
         _check_kind("accuracy", self.accuracy, Accuracy, "Accuracy()")
         object.__setattr__(self, "reformulations", _checked_passes(self.reformulations))

@@ -5,7 +5,7 @@
 `mesh_iteration` its record. `first_round` tries other starts on the first mesh.
 
 `policies` make the next mesh. A refinement rule of one's own is a
-`policies.policy.RefinementPolicy`. `endings` say when no finer mesh would help, and `stopped` makes
+`policies.policy.MeshPolicy`. `endings` say when no finer mesh would help, and `stopped` makes
 the error of a refinement without an answer.
 
 `raised_peaks` sets peaks to what the motion has between its points, `impulses` and `growth` find

@@ -1,6 +1,6 @@
 """What a refinement solves next: its first mesh, and the one after a mesh solved or failed.
 
-The refinement policy chooses intervals. What is decided here is the rest: how tightly a mesh is
+The mesh policy chooses intervals. What is decided here is the rest: how tightly a mesh is
 solved, and whether one is solved again.
 """
 
@@ -21,7 +21,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.first_round.starts import MeshAnswer
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.policies.policy import RefinementPolicy
+from ocp.refinement.policies.policy import MeshPolicy
 from ocp.refinement.solved_mesh import OVERPROMISE, Ending, SolvedMesh
 from ocp.refinement.stopped import check_failure
 from ocp.transcription.transcribe import Transcription
@@ -73,7 +73,7 @@ class PlannedMesh:
         Of the mesh.
     start : Iterate, Trajectory or None
         Where the solver starts; None for the guess in the statement.
-    policy : RefinementPolicy
+    policy : MeshPolicy
         That chooses what follows.
     rough : bool
         Whether it is not solved to the tolerance asked for, as it will be replaced too.
@@ -85,7 +85,7 @@ class PlannedMesh:
 
     program: Transcription
     start: Start
-    policy: RefinementPolicy
+    policy: MeshPolicy
     rough: bool
     finer: bool = False
     leaks_closed: int = 0
@@ -99,7 +99,7 @@ class NextStep:
     ----------
     mesh : Mesh or None
         The next one; None where the refinement ends here.
-    policy : RefinementPolicy
+    policy : MeshPolicy
         That it goes on with.
     ending : str or None
         Why it ends here.
@@ -117,7 +117,7 @@ class NextStep:
     """
 
     mesh: Mesh | None
-    policy: RefinementPolicy
+    policy: MeshPolicy
     ending: Ending | None = None
     over: bool = False
     rough: bool = False

@@ -35,7 +35,7 @@ Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
 @lazy_fields("errors")
 @dataclass(frozen=True, eq=False, repr=False)
 class SolvedMesh:
-    """A mesh iteration that the solver finished, as the next one and the refinement policy see it.
+    """A mesh iteration that the solver finished, as the next one and the mesh policy see it.
 
     Attributes
     ----------

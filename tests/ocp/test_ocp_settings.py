@@ -33,7 +33,7 @@ from ocp.nlp.solver import NlpSolver
 from ocp.problem.parameters import parameters_of
 from ocp.progress import LiveLine
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.policies.policy import RefinementPolicy
+from ocp.refinement.policies.policy import MeshPolicy
 
 
 def transfer() -> Problem:
@@ -261,7 +261,7 @@ def test_further_options_reach_ipopt(tmp_path) -> None:
 
 def test_a_policy_of_ones_own_is_used() -> None:
     policy = Bisecting()
-    assert isinstance(policy, RefinementPolicy)
+    assert isinstance(policy, MeshPolicy)
     loose = Accuracy(dynamics=1e-3, path=1e-3, objective=1e-3, replay=1e-2)
     settings = Settings(scheme=Radau(2), intervals=4, refinement=policy, accuracy=loose)
     found = solve(sway(), settings=settings)

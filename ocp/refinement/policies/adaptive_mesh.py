@@ -26,7 +26,7 @@ from ocp.refinement.policies.next_phase import (
     next_phase,
     worthwhile_jumps,
 )
-from ocp.refinement.policies.policy import RefinementPolicy, check_counts
+from ocp.refinement.policies.policy import MeshPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh, is_refuted
 
 # Relative error of the dynamics above which switches are as imaginary as the motion: breakpoints
@@ -121,7 +121,7 @@ class AdaptiveMesh:
 
     def after_failure(
         self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
-    ) -> tuple[RefinementPolicy, Mesh] | None:
+    ) -> tuple[MeshPolicy, Mesh] | None:
         """Hold breakpoints that led the solver astray still; go on from the last solved mesh."""
         if not any(phase.movable for phase in failed.phases):
             return None

@@ -25,7 +25,7 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.numerics.schemes import Scheme
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
-from ocp.refinement.policies.policy import RefinementPolicy, check_counts
+from ocp.refinement.policies.policy import MeshPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.transcribe import Transcription
 
@@ -98,7 +98,7 @@ class MovingMesh:
 
     def after_failure(
         self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
-    ) -> tuple[RefinementPolicy, Mesh] | None:
+    ) -> tuple[MeshPolicy, Mesh] | None:
         """None: where breakpoints led the solver astray, another mesh is the caller's to choose."""
         return None
 
@@ -111,11 +111,11 @@ class KeptWhileGood:
 
     Parameters
     ----------
-    policy : RefinementPolicy
+    policy : MeshPolicy
         Of all meshes after the first.
     """
 
-    policy: RefinementPolicy
+    policy: MeshPolicy
 
     @property
     def adapts(self) -> bool:
@@ -137,7 +137,7 @@ class KeptWhileGood:
 
     def after_failure(
         self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
-    ) -> tuple[RefinementPolicy, Mesh] | None:
+    ) -> tuple[MeshPolicy, Mesh] | None:
         """That of the policy."""
         return self.policy.after_failure(solved, failed, accuracy)
 

@@ -1,6 +1,6 @@
-"""Refinement policies: from what is wrong with a solved mesh to the next mesh.
+"""Mesh policies: from what is wrong with a solved mesh to the next mesh.
 
-A policy of one's own is an object with the members of `RefinementPolicy`, handed over as
+A policy of one's own is an object with the members of `MeshPolicy`, handed over as
 ``Settings(refinement=...)``. `AdaptiveMesh` is the default, `FixedMesh` solves once.
 """
 
@@ -19,7 +19,7 @@ from ocp.refinement.solved_mesh import SolvedMesh
 
 
 @runtime_checkable
-class RefinementPolicy(Protocol):
+class MeshPolicy(Protocol):
     """What `ocp.solve` asks of a policy."""
 
     @property
@@ -43,7 +43,7 @@ class RefinementPolicy(Protocol):
 
     def after_failure(
         self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
-    ) -> tuple[RefinementPolicy, Mesh] | None:
+    ) -> tuple[MeshPolicy, Mesh] | None:
         """Policy and mesh to go on with where the solver failed on a mesh; None to end there."""
         ...
 
@@ -92,6 +92,6 @@ class FixedMesh:
 
     def after_failure(
         self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
-    ) -> tuple[RefinementPolicy, Mesh] | None:
+    ) -> tuple[MeshPolicy, Mesh] | None:
         """None: there is no other mesh."""
         return None
