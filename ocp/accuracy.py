@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from numbers import Real
+from typing import Any
 
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
+
+# Of one number for all: below the first, round-off is compared, and above the other no motion is
+# resolved.
+LEAST, MOST = 1e-9, 0.1
 
 
 @checked_keywords()
@@ -46,3 +52,37 @@ class Accuracy:
                 raise StatementError(
                     f"the accuracy of '{entry.name}' is {value!r}; give a positive number"
                 )
+
+
+class OneNumberOrAll:
+    """A field that holds an `Accuracy`, and takes one number for all of it.
+
+    Raises
+    ------
+    StatementError
+        When it is given what is no accuracy, or one that round-off does not allow.
+    """
+
+    def __get__(self, instance: Any, owner: Any = None) -> Accuracy:
+        return Accuracy() if instance is None else instance.__dict__["accuracy"]
+
+    def __set__(self, instance: Any, value: Accuracy | float) -> None:
+        if not isinstance(value, Accuracy):
+            _check_number(value)
+            value = Accuracy(*[float(value)] * len(fields(Accuracy)))
+        instance.__dict__["accuracy"] = value
+
+
+ONE_NUMBER_OR_ALL = OneNumberOrAll()
+
+
+def _check_number(value: Any) -> None:
+    """StatementError unless one number makes sense as an accuracy."""
+    number = float(value) if isinstance(value, Real) else math.nan
+    if not 0 < number < MOST:
+        remedy = f"a positive number below {MOST}, such as 1e-4, or Accuracy(objective=1e-4)"
+    elif number < LEAST:
+        remedy = f"{LEAST:g}, the least that round-off allows"
+    else:
+        return
+    raise StatementError(f"the setting 'accuracy' is {value!r}; give {remedy}")

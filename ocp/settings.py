@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, get_args
 
-from ocp.accuracy import Accuracy
+from ocp.accuracy import ONE_NUMBER_OR_ALL, OneNumberOrAll
 from ocp.errors import StatementError
 from ocp.keywords import Remedy, as_written, checked_keywords
 from ocp.nlp.ipopt import Ipopt
@@ -50,7 +50,7 @@ _FORMER: dict[str, Remedy] = {
 _ELSEWHERE: dict[str, Remedy] = {
     **dict.fromkeys(
         ("tol", "tolerance", "tolerances"),
-        "write accuracy=Accuracy(dynamics=..., path=..., objective=..., replay=...)",
+        "write accuracy=1e-4, say, or Accuracy(dynamics=..., path=..., objective=..., replay=...)",
     ),
     **dict.fromkeys(("N", "n", "nodes", "segments"), "write intervals={value}"),
     **dict.fromkeys(("method", "transcription"), "write scheme=Radau(4), or another scheme"),
@@ -83,8 +83,9 @@ class Settings:
         How the mesh adapts: `AdaptiveMesh` or `FixedMesh`, or a policy of one's own.
     solver : NlpSolver
         Of the nonlinear programs: `Ipopt`, or a solver of one's own.
-    accuracy : Accuracy
-        What refinement and verification allow.
+    accuracy : float or Accuracy
+        What refinement and verification allow. With one number, ``accuracy=1e-4``, objective,
+        dynamics and limits hold to that, relative to their sizes, and so does the replay.
     reformulations : sequence of Reformulation
         What is done to a statement before it is solved, one after the other. By default kinks that
         only cost become limits of further signals and numbers; with ``()`` nothing is done. One of
@@ -108,7 +109,7 @@ class Settings:
     controls: Piecewise = "automatic"
     refinement: MeshPolicy = field(default_factory=AdaptiveMesh)
     solver: NlpSolver = field(default_factory=Ipopt)
-    accuracy: Accuracy = field(default_factory=Accuracy)
+    accuracy: OneNumberOrAll = ONE_NUMBER_OR_ALL
     reformulations: Sequence[Reformulation] = STANDARD
     verify: bool = True
     iterations: int | None = None
@@ -126,7 +127,6 @@ class Settings:
         policies = "AdaptiveMesh() or FixedMesh()"
         _check_kind("refinement", self.refinement, MeshPolicy, policies)
         _check_solver(self.solver)
-        _check_kind("accuracy", self.accuracy, Accuracy, "Accuracy()")
         object.__setattr__(self, "reformulations", _checked_passes(self.reformulations))
         _check_kind("verify", self.verify, bool, "True or False")
         _check_budget("iterations", self.iterations)
