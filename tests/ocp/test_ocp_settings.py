@@ -72,7 +72,6 @@ MISUSED = {
     "something else for a scheme": ({"scheme": 4}, r"'scheme' is 4; give one of Radau\(\), Gauss"),
     "a class for a solver": ({"solver": Ipopt}, r"'solver' is .*; give Ipopt\(\)"),
     "a flag for a policy": ({"refinement": False}, r"give AdaptiveMesh\(\) or FixedMesh\(\)"),
-    "a number for accuracy": ({"accuracy": 1e-6}, r"'accuracy' is 1e-06; give Accuracy\(\)"),
     "half an interval": ({"intervals": 2.5}, r"'intervals' is 2.5; give a positive integer"),
     "a misspelt keyword": ({"refinment": FixedMesh()}, r"'refinment'; did you mean 'refinement'\?"),
     "an unknown keyword": ({"turbo": True}, r"'turbo'; there are scheme, intervals, controls,"),
