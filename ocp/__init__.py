@@ -127,14 +127,6 @@ _LATER = {
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
 
-# names that were changed, and what to write instead
-_FORMER = {
-    "time": "write TIME",
-    "IpoptOptions": "write Ipopt",
-    "Round": "write MeshIteration",
-    "RefinementPolicy": "write MeshPolicy",
-}
-
 __all__ = [
     "TIME",
     "Accuracy",
@@ -243,9 +235,6 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version  # reads a file, which an import need not wait for
 
         return version("antenna-ocp")
-    if name in _FORMER:
-        # an AttributeError would be replaced by Python's own words in `from ocp import ...`
-        raise ImportError(f"ocp has no '{name}' any more; {_FORMER[name]} instead")
     raise AttributeError(f"module 'ocp' has no attribute {name!r}")
 
 

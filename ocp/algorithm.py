@@ -59,7 +59,7 @@ _ELSEWHERE = {
 }
 
 
-@checked_keywords(elsewhere=_ELSEWHERE)
+@checked_keywords(_ELSEWHERE)
 def solve(
     problem: Problem,
     *,

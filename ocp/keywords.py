@@ -13,21 +13,19 @@ from ocp.errors import StatementError
 Kind = TypeVar("Kind", bound=type)
 Target = TypeVar("Target", bound=Callable[..., Any])
 Remedy = str | Callable[[Any], str]
-Remedies = Mapping[str, tuple[str, Remedy]]  # by word, each with what stands before the remedy
+Remedies = Mapping[str, Remedy]
 
 
 def checked_keywords(
-    former: Mapping[str, Remedy] | None = None, elsewhere: Mapping[str, Remedy] | None = None
+    elsewhere: Mapping[str, Remedy] | None = None,
 ) -> Callable[[Target], Target]:
     """Let a function or a dataclass answer a wrong keyword in one sentence.
 
     Parameters
     ----------
-    former : mapping of str to str or callable, optional
-        What to write instead of each keyword that was once right, as a part of a sentence.
-        ``{value}`` in it stands for the value given; a callable receives that value.
     elsewhere : mapping of str to str or callable, optional
-        The same for keywords that were never right here, but are those of other tools.
+        What to write instead of keywords of other tools, as a part of a sentence. ``{value}`` in it
+        stands for the value given; a callable receives that value.
 
     Returns
     -------
@@ -35,8 +33,7 @@ def checked_keywords(
         A decorator. What it decorates raises `StatementError` for a keyword it does not have, and
         suggests the nearest one. A class does so too where an argument is missing.
     """
-    remedies = {word: ("", remedy) for word, remedy in (elsewhere or {}).items()}
-    remedies |= {word: (" any more", remedy) for word, remedy in (former or {}).items()}
+    remedies = elsewhere or {}
 
     def decorate(target: Target) -> Target:
         if isinstance(target, type):
@@ -123,9 +120,9 @@ def _check(name: str, given: Mapping[str, Any], keywords: list[str], remedies: R
         if word in keywords:
             continue
         if word in remedies:
-            since, remedy = remedies[word]
+            remedy = remedies[word]
             text = remedy(value) if callable(remedy) else remedy.format(value=repr(value))
-            raise StatementError(f"{name} has no keyword '{word}'{since}; {text}")
+            raise StatementError(f"{name} has no keyword '{word}'; {text}")
         raise StatementError(f"{name} has no keyword '{word}'; {nearest(word, keywords)}")
 
 

@@ -23,35 +23,13 @@ from ocp.reformulate.standard import STANDARD
 
 INTERVALS = 20  # of the first mesh in a phase
 
-_GONE = "leave it out: it is gone, because it saved less than 15 % of the time"
-
-
-def _refine(value: Any) -> str:
-    return "leave it out: meshes adapt by default" if value else "write refinement=FixedMesh()"
-
-
-_FORMER: dict[str, Remedy] = {
-    "degree": "write scheme=Radau({value})",
-    "control_shape": "write controls={value}",
-    "refine": _refine,
-    "dynamics_tolerance": "write accuracy=Accuracy(dynamics={value})",
-    "path_tolerance": "write accuracy=Accuracy(path={value})",
-    "objective_tolerance": "write accuracy=Accuracy(objective={value})",
-    "replay_tolerance": "write accuracy=Accuracy(replay={value})",
-    "rounds": "write refinement=AdaptiveMesh(rounds={value})",
-    "most_intervals": "write refinement=AdaptiveMesh(most_intervals={value})",
-    "highest_degree": "write refinement=AdaptiveMesh(highest_degree={value})",
-    "move_breakpoints": "write refinement=AdaptiveMesh(move_breakpoints={value})",
-    "ipopt": "write solver=Ipopt(...)",
-    "compile": _GONE,
-}
-
 # words of other tools
 _ELSEWHERE: dict[str, Remedy] = {
     **dict.fromkeys(
         ("tol", "tolerance", "tolerances"),
         "write accuracy=1e-4, say, or Accuracy(dynamics=..., path=..., objective=..., replay=...)",
     ),
+    "degree": "write scheme=Radau({value})",
     **dict.fromkeys(("N", "n", "nodes", "segments"), "write intervals={value}"),
     **dict.fromkeys(("method", "transcription"), "write scheme=Radau(4), or another scheme"),
     **dict.fromkeys(
@@ -64,7 +42,7 @@ _ELSEWHERE: dict[str, Remedy] = {
 }
 
 
-@checked_keywords(_FORMER, _ELSEWHERE)
+@checked_keywords(_ELSEWHERE)
 @dataclass(frozen=True, repr=False)
 class Settings:
     """How to discretise, refine, solve and verify.
@@ -126,7 +104,7 @@ class Settings:
         _check_choice("controls", self.controls, get_args(Piecewise))
         policies = "AdaptiveMesh() or FixedMesh()"
         _check_kind("refinement", self.refinement, MeshPolicy, policies)
-        _check_solver(self.solver)
+        _check_kind("solver", self.solver, NlpSolver, "Ipopt()")
         object.__setattr__(self, "reformulations", _checked_passes(self.reformulations))
         _check_kind("verify", self.verify, bool, "True or False")
         _check_budget("iterations", self.iterations)
@@ -176,12 +154,6 @@ def _check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
         raise StatementError(
             f"the setting '{name}' is {value!r}; choose one of {', '.join(choices)}"
         )
-
-
-def _check_solver(solver: Any) -> None:
-    if solver == "fatrop":
-        raise StatementError(f"the setting 'solver' is 'fatrop'; {_GONE}")
-    _check_kind("solver", solver, NlpSolver, "Ipopt()")
 
 
 def _check_kind(name: str, value: Any, kind: Any, examples: str) -> None:

@@ -10,20 +10,14 @@ Dynamics, links, times and equations along a phase stay as they are.  The names 
 from __future__ import annotations
 
 import math
-import time as clock
-from collections.abc import Collection, Mapping
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from collections.abc import Collection
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ocp.algorithm import check_arguments, solve
-from ocp.analysis.limit_names import LimitNames
-from ocp.analysis.loosening.limit_slack import LimitSlack, Side
-from ocp.analysis.loosening.loosened import Loosening
-from ocp.errors import SolveFailed
-from ocp.estimates.motion_errors import MotionErrors
+from ocp.analysis.loosened import LimitNames, LimitSlack, Loosening, Side
 from ocp.keywords import checked_keywords
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.trajectory import Trajectory
@@ -31,7 +25,6 @@ from ocp.optimality.active_set import path_multiplier_sums
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.progress import Progress
-from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import FixedMesh
 from ocp.scaling.automatic import scales_of
 from ocp.settings import Settings
@@ -40,9 +33,6 @@ from ocp.solution.solution import Solution
 # One mesh, and controls that are constant in its intervals, where limits as rows hold between the
 # points too: a motion that minimises nothing but slacks has no shape of its own to resolve.
 _SETTINGS = Settings(intervals=40, refinement=FixedMesh())
-
-# Of their sizes: what states and limits may be off by between the points of that mesh
-_CLOSE = 1e-3
 
 # Part of its size, below which a slack is the solver's tolerance.
 _NOTHING = 1e-6
@@ -101,7 +91,7 @@ class Relaxation:
     items : tuple of Relaxed
         Limits that have to give way, the largest part of its size first; none if feasible.
     total : float
-        Weighted sum of the relaxations, each as a part of the size of what it relaxes.  Of
+        Sum of the relaxations, each as a part of the size of what it relaxes.  Of
         several that are equal to a part in a thousand the last stated gives way, bounds of the
         problem before final values and these before initial ones.
     solution : Solution
@@ -134,7 +124,6 @@ def relaxed(
     *,
     keep: Collection[str] = (),
     only: Collection[str] | None = None,
-    weights: Mapping[str, float] | None = None,
     settings: Settings | None = None,
     guess: Solution | Trajectory | None = None,
     progress: Progress | bool | None = None,
@@ -154,69 +143,44 @@ def relaxed(
     only : collection of str, optional
         The limits that may give way; all others are kept.  Bounds of several phases that are
         named together here move together: what they need is one limit for all of them.
-    weights : mapping of str to number, optional
-        Of a limit's relaxation; 1 where nothing is said.
     settings : Settings, optional
         By default 40 intervals that stay, which is good to about a thousandth of what is needed.
-        Where the motion does not hold between their points, an adaptive mesh follows, within what
-        is left of the seconds.
+        Where the motion does not hold between their points, the relaxation says so.
     guess, progress : optional
         As of `ocp.solve`.
 
     Raises
     ------
     StatementError
-        When `keep`, `only` or `weights` name something else.
+        When `keep` or `only` name something else.
     SolveFailed
         When dynamics, links, equations, times and the limits kept contradict each other.
     """
     settings = settings or _SETTINGS
     check_arguments(problem, settings, guess, None)
-    limits, weights = LimitNames(problem), weights or {}
-    limits.check([*keep, *(only or ()), *weights])
+    limits = LimitNames(problem)
+    limits.check([*keep, *(only or ())])
     kept = limits.each(keep)
     if only is not None:
         kept |= limits.names - limits.each(only)
     together = frozenset(only or ()) & limits.common
-    prices = {name: weights[given] for given in weights for name in (given, *limits.each([given]))}
 
     parameters = parameters_of(problem)
     start = initial_guess(problem, parameters)
     scales = scales_of(problem, start, parameters)
     loosening = Loosening(problem, scales, start, kept, together)
-    statement = loosening.statement(prices)
+    statement = loosening.statement()
     slacks = list(loosening.slacks.values())
 
     trajectory = guess.trajectory if isinstance(guess, Solution) else guess
-    begin = clock.monotonic()
     solution = solve(statement, settings=settings, guess=trajectory, progress=progress)
-    left = math.inf if settings.seconds is None else settings.seconds - (clock.monotonic() - begin)
-    if not _holds(solution) and not settings.refinement.adapts and left > 0.0:
-        # what lies between the points of a mesh that stays would ask for nothing
-        finer = replace(settings, refinement=AdaptiveMesh())
-        if math.isfinite(left):
-            finer = replace(finer, seconds=left)
-        with suppress(SolveFailed):
-            solution = solve(
-                statement, settings=finer, guess=solution.trajectory, progress=progress
-            )
 
     moved = {s.unknown: solution.value(s.unknown) for s in slacks}
     given_way = [s for s in slacks if moved[s.unknown] > _NOTHING * s.size]
     given_way.sort(key=lambda s: -moved[s.unknown] / s.size)
     items = tuple(_item(s, moved[s.unknown], solution, parameters) for s in given_way)
-    total = sum(prices.get(s.name, 1.0) * moved[s.unknown] / s.size for s in given_way)
+    total = sum(moved[s.unknown] / s.size for s in given_way)
     return Relaxation(problem.name, items, total, solution)
-
-
-def _holds(solution: Solution) -> bool:
-    """Whether a motion holds between its points as well as a mesh that stays is good for."""
-    iterate, verification = solution.kept_iterate, solution.verification
-    errors = MotionErrors(
-        iterate.transcription, iterate.trajectory, solution.form_evaluator, iterate.parameters
-    )
-    off = max(errors.worst_dynamics, errors.worst_excess)
-    return max(off, verification.excess, verification.miss) <= _CLOSE
 
 
 def _item(slack: LimitSlack, amount: float, solution: Solution, parameters: Parameters) -> Relaxed:

@@ -9,7 +9,7 @@ from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.keywords import checked_keywords
 
 
-@checked_keywords({"corners": "write changes={value}"})
+@checked_keywords()
 @dataclass(frozen=True)
 class Tolerances:
     """What a certificate allows, all relative.

@@ -27,7 +27,7 @@ from ocp.problem.symbols import (
 )
 
 
-@checked_keywords(elsewhere=LIMIT_WORDS)
+@checked_keywords(LIMIT_WORDS)
 @dataclass(frozen=True, eq=False, repr=False)
 class Bound:
     """``lower <= expression <= upper``.

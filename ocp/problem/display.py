@@ -52,13 +52,6 @@ def problem_text(problem: Problem) -> str:
     return "\n".join([f"Problem '{problem.name}'", *_aligned(sections)])
 
 
-def problem_html(problem: Problem) -> str:
-    """The statement for notebooks."""
-    from html import escape  # its table of entities takes time to load
-
-    return f"<pre>{escape(problem_text(problem))}</pre>"
-
-
 def phase_summary(phase: Phase) -> str:
     """One line: the times, and how many states and bounds."""
     states = _counted(len(phase.states), "state")

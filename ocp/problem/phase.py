@@ -54,7 +54,7 @@ Guess = Any  # number, (first, last), callable of time, (times, values), or `ByF
 
 
 @checked_methods("integral", "misfit")
-@checked_keywords(elsewhere=_ELSEWHERE)
+@checked_keywords(_ELSEWHERE)
 @dataclass(frozen=True, eq=False, repr=False)
 class Phase:
     """A stretch of time with one set of dynamics.

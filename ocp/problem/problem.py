@@ -46,9 +46,6 @@ from ocp.problem.symbols import (
 
 Kind = TypeVar("Kind", bound=Symbol)
 
-_FORMER = {
-    "raise_kinks": "write it where the problem is solved: Settings(reformulations=()) for False"
-}
 # Calls between the line that states a problem and the warning of it
 _STATED = 4
 
@@ -59,7 +56,7 @@ _ELSEWHERE = {
 }
 
 
-@checked_keywords(_FORMER, _ELSEWHERE)
+@checked_keywords(_ELSEWHERE)
 @dataclass(frozen=True, eq=False, repr=False)
 class Problem:
     """Phases, the bounds and links between them, and what to minimise or maximise.
@@ -257,11 +254,6 @@ class Problem:
         from ocp.problem.display import problem_text
 
         return problem_text(self)
-
-    def _repr_html_(self) -> str:
-        from ocp.problem.display import problem_html
-
-        return problem_html(self)
 
     def phase(self, name: str) -> Phase:
         """The phase of that name."""

@@ -223,7 +223,7 @@ class Signal(Symbol):
 
 
 @may_be_vector
-@checked_keywords(elsewhere=_OF_A_STATE)
+@checked_keywords(_OF_A_STATE)
 class State(Signal):
     """A signal whose time derivative the dynamics of a phase give.
 
@@ -247,7 +247,7 @@ class State(Signal):
 
 
 @may_be_vector
-@checked_keywords(elsewhere=_OF_A_SIGNAL)
+@checked_keywords(_OF_A_SIGNAL)
 class Algebraic(Signal):
     """A signal without a derivative, determined by the equations of a phase.
 
@@ -273,7 +273,7 @@ class Algebraic(Signal):
 
 
 @may_be_vector
-@checked_keywords(elsewhere=_OF_A_SIGNAL)
+@checked_keywords(_OF_A_SIGNAL)
 @dataclass(frozen=True, eq=False, repr=False)
 class Control(Signal):
     """A signal that the optimiser chooses.
@@ -306,7 +306,7 @@ class Control(Signal):
 
 
 @may_be_vector
-@checked_keywords(elsewhere=_OF_AN_UNKNOWN)
+@checked_keywords(_OF_AN_UNKNOWN)
 @dataclass(frozen=True, eq=False, repr=False)
 class Unknown(Symbol):
     """A number that the optimiser chooses: a static decision parameter.
@@ -352,7 +352,7 @@ class Unknown(Symbol):
         return as_written(self)
 
 
-@checked_keywords(elsewhere=_OF_A_CONSTANT)
+@checked_keywords(_OF_A_CONSTANT)
 @dataclass(frozen=True, eq=False)
 class Constant(Symbol):
     """A named number of the problem; it may be changed between solves and has a sensitivity.
@@ -383,7 +383,7 @@ class Constant(Symbol):
             )
 
 
-@checked_keywords(elsewhere={**LIMIT_WORDS, "initial": "write guess={value}"})
+@checked_keywords({**LIMIT_WORDS, "initial": "write guess={value}"})
 @dataclass(frozen=True)
 class Between:
     """A time that the optimiser chooses between two limits.

@@ -106,11 +106,6 @@ class Solution:
 
         return summary(self)
 
-    def _repr_html_(self) -> str:
-        from ocp.solution.summary import summary_html
-
-        return summary_html(self)
-
     def __reduce__(self) -> NoReturn:
         raise TypeError(
             "a Solution cannot be pickled or copied; write ocp.save(solution, path), and "
@@ -279,12 +274,6 @@ class Solution:
         from ocp.solution.tables import write_csv
 
         write_csv(self, path, times)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The solution in numbers, lists and text only, as JSON takes them."""
-        from ocp.solution.tables import as_dict
-
-        return as_dict(self)
 
     def plot(self) -> Figure:
         """A figure of states, controls, path constraints and costates with bounds and mesh."""

@@ -40,17 +40,8 @@ from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
 _VERSION = 5
-_BEFORE_FORMS = 4  # held what was solved as the problem, and nothing of the statement
 _TEXT = "solution.json"
 
-# Classes of version 4: what stands for them, and fields that are left out
-_FORMER: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "Epigraph": ("Control", ("sides", "largest")),
-    "VectorSize": ("Control", ("sides", "largest", "square")),
-    "SumOfParts": ("SumOfParts", ("sides", "largest")),
-    "RaisedNumber": ("Unknown", ("largest",)),
-}
-_FIRST_VERSION = b"ocp solution 1\n"  # how files of version 1 began, which held pickled objects
 _LISTS, _BYTES_OF_A_LIST = 200_000, 2  # packed, of which the text of a solution has one in three
 _SAMPLES = 2001  # of a guess that is a function of time
 
@@ -157,7 +148,7 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
         if text["format"] != _FORMAT:
             raise ValueError(f"its format is {text['format']!r}")
         version = text["version"]
-        if version in (_BEFORE_FORMS, _VERSION):
+        if version == _VERSION:
             return _read(archive, text, known)
     except Exception as error:
         reason = (str(error) or type(error).__name__).splitlines()[0]
@@ -176,8 +167,6 @@ def _parsed(text: bytes, packed_size: int) -> Any:
 
 def _opened(data: bytes, name: str) -> zipfile.ZipFile:
     """The archive; FileError if it is none, or none of ours."""
-    if data.startswith(_FIRST_VERSION):
-        raise _other_version(name, 1)
     try:
         archive = zipfile.ZipFile(io.BytesIO(data))
     except zipfile.BadZipFile as error:
@@ -339,17 +328,13 @@ class _Reader:
             return self._expression(entry)
         if entry["class"] == "Time":
             return TIME
-        name, former = _FORMER.get(entry["class"], (entry["class"], ()))
+        name = entry["class"]
         if name not in _classes():
             raise ValueError(f"it has an object of the unknown class {name!r}")
         made = _classes()[name]
-        fields = entry["fields"].items()
-        values = {key: self.read(value) for key, value in fields if key not in former}
+        values = {key: self.read(value) for key, value in entry["fields"].items()}
         if not set(values) <= set(_stored_fields(made)):
             raise ValueError(f"it has a {name} with other fields")
-        if made is Solution and "form" not in values:
-            form = Form(values["problem"], values["problem"])
-            values |= {"form": form, "form_evaluator": values["evaluator"]}
         with told_before():
             return made(**values)
 

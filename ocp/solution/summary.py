@@ -1,8 +1,7 @@
-"""A solution in a few lines, for the console and for notebooks."""
+"""A solution in a few lines, to print."""
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -23,17 +22,6 @@ def summary(solution: Solution) -> str:
     width = max(len(what) for what, _ in _lines(solution))
     lines = [f"  {what:<{width}}  {text}" for what, text in _lines(solution)]
     return "\n".join([f"Solution of '{solution.problem.name}'", *lines])
-
-
-def summary_html(solution: Solution) -> str:
-    """The same as a table."""
-    rows = "".join(
-        f"<tr><th style='text-align:left'>{html.escape(what)}</th>"
-        f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-        for what, text in _lines(solution)
-    )
-    title = html.escape(f"Solution of '{solution.problem.name}'")
-    return f"<table><caption>{title}</caption>{rows}</table>"
 
 
 def _lines(solution: Solution) -> Iterator[tuple[str, str]]:

@@ -1,12 +1,10 @@
-"""Solutions as columns, CSV files and plain dictionaries."""
+"""Solutions as columns and CSV files."""
 
 from __future__ import annotations
 
 import csv
 import io
-import math
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -115,40 +113,3 @@ def _remarks(solution: Solution) -> Iterator[str]:
     for symbol in (*problem.constants, *problem.unknowns):
         yield f"{symbol.name}: {with_unit(repr(numbers[symbol.name]), symbol.unit)}"
     yield f"written by: antenna-ocp {version('antenna-ocp')}"
-
-
-def as_dict(solution: Solution) -> dict[str, Any]:
-    """A solution as dictionaries, lists, numbers and text; numbers that are not finite are None."""
-    trajectory = solution.trajectory
-    values = {
-        "problem": solution.problem.name,
-        "objective": solution.objective,
-        "unit": objective_unit(solution.problem),
-        "verdict": solution.verdict,
-        "seconds": solution.seconds,
-        "iterations": solution.iterations,
-        "unknowns": trajectory.unknowns,
-        "constants": trajectory.constants,
-        "verification": asdict(solution.verification),
-        "mesh_iterations": [asdict(entry) for entry in solution.mesh_iterations],
-        "mesh": [
-            {"phase": p.name, "breakpoints": p.breakpoints, "degrees": p.degrees}
-            for p in trajectory.phases
-        ],
-        "table": table(solution),
-        "version": version("antenna-ocp"),
-    }
-    return {key: _plain(value) for key, value in values.items()}
-
-
-def _plain(value: Any) -> Any:
-    """The value as JSON takes it."""
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -22,7 +22,6 @@ from ocp import (
     Problem,
     Settings,
     State,
-    Tolerances,
     Trapezoid,
     Unknown,
     certify,
@@ -362,11 +361,6 @@ def test_without_multipliers():
     found = solve(least_effort(), settings=Settings(intervals=5, refinement=FixedMesh()))
     with pytest.raises(StatementError, match="multipliers"):
         certify(dataclasses.replace(found, multipliers=None, iterate=None))
-
-
-def test_a_former_tolerance_is_answered_with_the_present_one():
-    with pytest.raises(StatementError, match=r"'corners' any more; write changes=0\.3"):
-        Tolerances(corners=0.3)
 
 
 def test_what_finer_controls_promise_is_a_condition():

@@ -156,8 +156,3 @@ def test_a_reformulation_without_a_hash_is_told_how_to_get_one():
 
     with pytest.raises(StatementError, match=r"write @dataclass\(frozen=True\)"):
         Settings(reformulations=[Plain()])
-
-
-def test_what_a_former_keyword_becomes_is_said():
-    with pytest.raises(StatementError, match=r"Settings\(reformulations=\(\)\)"):
-        Problem("growth", grow, minimise=effort, raise_kinks=False)

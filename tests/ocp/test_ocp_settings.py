@@ -54,20 +54,10 @@ def sway() -> Problem:
     return Problem("sway", phase, minimise=phase.integral(u**2))
 
 
-FORMER = {
-    "degree": ({"degree": 3}, r"no keyword 'degree' any more; write scheme=Radau\(3\)"),
-    "shape of controls": ({"control_shape": "linear"}, r"write controls='linear'"),
-    "no refinement": ({"refine": False}, r"write refinement=FixedMesh\(\)"),
-    "refinement": ({"refine": True}, r"'refine' any more; leave it out"),
-    "rounds": ({"rounds": 3}, r"write refinement=AdaptiveMesh\(rounds=3\)"),
-    "path tolerance": ({"path_tolerance": 1e-8}, r"write accuracy=Accuracy\(path=1e-08\)"),
-    "dynamics tolerance": ({"dynamics_tolerance": 1e-8}, r"write accuracy=Accuracy\(dynamics="),
-    "options of IPOPT": ({"ipopt": Ipopt()}, r"write solver=Ipopt\(\.\.\.\)"),
-    "compiling": ({"compile": True}, r"'compile' any more; leave it out"),
-    "fatrop": ({"solver": "fatrop"}, r"'solver' is 'fatrop'; leave it out"),
-    "a scheme's name": ({"scheme": "gauss"}, r"'scheme' is 'gauss'; write scheme=Gauss\(\)"),
-}
 MISUSED = {
+    "a degree": ({"degree": 3}, r"no keyword 'degree'; write scheme=Radau\(3\)"),
+    "a solver's name": ({"solver": "ipopt"}, r"'solver' is 'ipopt'; give Ipopt\(\)"),
+    "a scheme's name": ({"scheme": "gauss"}, r"'scheme' is 'gauss'; write scheme=Gauss\(\)"),
     "a class for a scheme": ({"scheme": Gauss}, r"'scheme' is .*; write Gauss\(\)"),
     "something else for a scheme": ({"scheme": 4}, r"'scheme' is 4; give one of Radau\(\), Gauss"),
     "a class for a solver": ({"solver": Ipopt}, r"'solver' is .*; give Ipopt\(\)"),
@@ -79,9 +69,9 @@ MISUSED = {
 }
 
 
-@pytest.mark.parametrize("case", [*FORMER, *MISUSED])
-def test_former_and_wrong_settings_are_answered_with_what_to_write(case) -> None:
-    keywords, words = {**FORMER, **MISUSED}[case]
+@pytest.mark.parametrize("case", MISUSED)
+def test_wrong_settings_are_answered_with_what_to_write(case) -> None:
+    keywords, words = MISUSED[case]
     with pytest.raises(StatementError, match=words):
         Settings(**keywords)
 
@@ -110,10 +100,6 @@ OBJECTS = {
         r"IPOPT's option 'tol' is a field; write Ipopt\(tolerance=1e-08\)",
     ),
     "Ipopt's tolerance": (lambda: Ipopt(tolerance=0), r"tolerance is 0; give a positive number"),
-    "a replaced setting": (
-        lambda: dataclasses.replace(Settings(), rounds=3),
-        r"write refinement=AdaptiveMesh",
-    ),
 }
 
 

@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
 
-from ocp.analysis.limit_names import end_name, has_limit, phase_name
-from ocp.analysis.loosening.limit_slack import LimitSlack, Side
 from ocp.errors import StatementError
 from ocp.mesh.initial_guess import InitialGuess
 from ocp.problem.bounds import Bound
@@ -25,6 +23,8 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control, Signal, Symbol, Unknown, is_limited, resolve
 from ocp.scaling.scales import Scales
 
+Side = Literal["lower", "upper"]
+
 # More weight from slack to slack, so that one of several equals gives way.
 _TIE = 1e-3
 
@@ -32,6 +32,26 @@ _TIE = 1e-3
 _PRICE = 1e-7
 
 _GUESS_SAMPLES = 201  # of a phase, by which the guess is handed on
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LimitSlack:
+    """The unknown that moves one limit, and where.
+
+    Attributes
+    ----------
+    path : expressions by phase, for a limit along phases.
+    end : phase and index of the breakpoint, for a boundary value.
+    """
+
+    name: str
+    side: Side
+    limit: Any
+    unit: str
+    size: float
+    unknown: Unknown
+    path: dict[str, Any] = field(default_factory=dict)
+    end: tuple[str, int] | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,7 +74,7 @@ class Loosening:
     renamed: dict[Any, Any] = field(default_factory=dict)
     slacks: dict[tuple[str, Side], LimitSlack] = field(default_factory=dict)
 
-    def statement(self, prices: Mapping[str, float]) -> Problem:
+    def statement(self) -> Problem:
         """The rewritten problem; StatementError if nothing in it may give way."""
         problem = self.problem
         for symbol in problem.symbols:
@@ -81,7 +101,7 @@ class Loosening:
         if not self.slacks:
             raise StatementError(f"no limit of '{problem.name}' may give way; name fewer to keep")
         cost = sum(
-            prices.get(s.name, 1.0) * (1.0 + _TIE * i) * s.unknown / s.size
+            (1.0 + _TIE * i) * s.unknown / s.size
             for i, s in enumerate(reversed(self.slacks.values()))
         )
         return Problem(
@@ -239,3 +259,61 @@ class Loosening:
                 size = self.scales.signals[control.name]
                 total += _PRICE * phase.integral((control / size) ** 2) / self.scales.time
         return total
+
+
+class LimitNames:
+    """The names of all limits of a problem that may give way.
+
+    Attributes
+    ----------
+    names : of single limits.
+    common : names of bounds, which stand for those of all phases.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        limited = (Signal, Unknown)
+        self.names = {s.name for s in problem.symbols if isinstance(s, limited) and has_limit(s)}
+        self.names |= {b.name for b in problem.bounds}
+
+        self._of_phases: dict[str, set[str]] = {}
+        for phase in problem.phases:
+            for bound in phase.bounds:
+                if not bound.is_equation:
+                    name = phase_name(phase, bound)
+                    self._of_phases.setdefault(bound.name, set()).add(name)
+                    self.names.add(name)
+            for what, values in (("initial", phase.initial), ("final", phase.final)):
+                self.names |= {end_name(phase, state, what) for state in values}
+        self.common = frozenset(self._of_phases) - self.names
+
+    def each(self, names: Collection[str]) -> set[str]:
+        """Names of single limits for names that may stand for several."""
+        return {single for name in names for single in self._single(name)}
+
+    def _single(self, name: str) -> set[str]:
+        return self._of_phases[name] if name in self.common else {name}
+
+    def check(self, names: Collection[str]) -> None:
+        """StatementError unless there are limits of these names."""
+        for name in names:
+            if name not in self.names and name not in self.common:
+                listed = ", ".join(f"'{n}'" for n in sorted(self.names))
+                raise StatementError(
+                    f"'{self.problem.name}' has no limit '{name}'; its limits are {listed}"
+                )
+
+
+def has_limit(symbol: Signal | Unknown) -> bool:
+    """Whether a signal or an unknown is limited."""
+    return is_limited(symbol.lower, symbol.upper)
+
+
+def phase_name(phase: Phase, bound: Bound) -> str:
+    """The name of a bound of a phase."""
+    return f"{phase.name}: {bound.name}"
+
+
+def end_name(phase: Phase, state: Symbol, what: str) -> str:
+    """The name of an "initial" or "final" value."""
+    return f"{phase.name}: {state.name} {what}"
