@@ -17,11 +17,9 @@ from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
 from ocp.nlp.interrupts import noted_interrupts
-from ocp.nlp.kept import kept_solver
+from ocp.nlp.kept import WatchedRun, kept_solver
 from ocp.nlp.result import NlpResult, Outcome
 from ocp.nlp.solver import Listener, StartingPoint
-from ocp.nlp.standstill import Divergence, Standstill
-from ocp.nlp.watch import WatchedRun
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 
@@ -93,9 +91,7 @@ _CASADI: dict[str, Any] = {
 
 _TOLERANCES = ("tolerance", "dual_tolerance", "constraint_violation", "complementarity", "gap")
 
-# status of a run that ended at the best point it had come by
-_STOOD_STILL = "Stood_Still_Near_Optimum"
-# and of one that left all motions behind
+# status of a run that left all motions behind
 _DIVERGED = "Diverged"
 
 # Orderings of MUMPS. Where a few states are used on hundreds of intervals, approximate minimum
@@ -286,13 +282,8 @@ class Ipopt:
             multipliers = dict(zip(("lam_x0", "lam_g0"), start.multipliers, strict=True))
         options |= {f"ipopt.{name}": value for name, value in self.options.items()}
 
-        # a loose run ends soon enough by itself
-        standstill = None
-        if self.stall:
-            standstill = Standstill(program, limits, parameters, self.tolerance)
-
         with noted_interrupts() as interrupts, kept_solver(program, options) as kept:
-            run = WatchedRun(limits, interrupts, Divergence(), standstill, listener)
+            run = WatchedRun(interrupts, listener)
             with kept.watch.over(run):
                 solution = kept.run(
                     x0=start.x,
@@ -309,15 +300,13 @@ class Ipopt:
 
         status, count = self._status(statistics), int(statistics["iter_count"])
         log.debug("IPOPT: %s after %d iterations", status, count)
-        if run.diverged or (
-            _OUTCOMES.get(status) == "unbounded" and _is_no_motion(solution, limits)
-        ):
+        if _OUTCOMES.get(status) == "unbounded" and _is_no_motion(solution, limits):
             status = _DIVERGED
 
         # a run that never began has none
         steps = statistics.get("iterations", {})
         moved = len(steps.get("d_norm", ())) > 1
-        result = NlpResult(
+        return NlpResult(
             outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
             status=status,
             x=_within(solution["x"], limits),
@@ -330,9 +319,6 @@ class Ipopt:
             added_curvature=float(steps["regularization_size"][-1]) if moved else math.nan,
             last_step=float(steps["d_norm"][-1]) if moved else math.nan,
         )
-        if result.outcome not in ("solved", "interrupted") or run.stood_still:
-            return _at_best(result, standstill, limits, stopped=interrupts.asked)
-        return result
 
     def _status(self, statistics: Mapping[str, Any]) -> str:
         """How IPOPT says that it ended.
@@ -432,22 +418,3 @@ def _within(x: Array, limits: ProgramLimits) -> Array:
     """
     lower, upper = limits.columns
     return np.minimum(np.maximum(x, lower), upper)
-
-
-def _at_best(
-    result: NlpResult, standstill: Standstill | None, limits: ProgramLimits, *, stopped: bool
-) -> NlpResult:
-    """The best point near the optimum that a run came by, where it wandered on from there."""
-    best = standstill.best if standstill else None
-    if best is None:
-        return result
-    return replace(
-        result,
-        outcome="interrupted" if stopped else "solved",
-        status=_STOOD_STILL,
-        x=_within(best.x, limits),
-        objective=best.objective,
-        rows=best.rows,
-        bound_multipliers=best.bound_multipliers,
-        row_multipliers=best.row_multipliers,
-    )

@@ -1,98 +1,16 @@
-"""What stands still ends: a run of the solver, a refinement, an audit whose starts agree."""
+"""What stands still ends: a refinement, an audit whose starts agree."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from ocp import Accuracy, Control, Ipopt, Phase, Problem, Settings, State, Unknown, audit, solve
-from ocp.mesh.mesh import Mesh, uniform
-from ocp.nlp.standstill import Standstill
-from ocp.problem.parameters import parameters_of
+from ocp import Accuracy, Control, Phase, Problem, Settings, State, Unknown, audit
 from ocp.refinement.endings import stands_still
-from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh, best_of, is_refuted
 from ocp.scaling.scales import Scales
 
 ACCURACY = Accuracy()
-
-
-def effort():
-    """Least effort over a distance of 1 m in 1 s from rest to rest, whose optimum is 12."""
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-9, upper=9)
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
-    return Problem("effort", [phase], minimise=phase.integral(u**2))
-
-
-@pytest.fixture(scope="module")
-def program_and_optimum():
-    problem = effort()
-    meshes = MeshSolver.of(problem, Settings(), parameters_of(problem, None))
-    program = meshes.first_program(None, Mesh((uniform(4, 4),)))
-    return meshes, program, meshes.solve(program, None, Ipopt())
-
-
-def watched(meshes, program):
-    """What watches a run, as a function of an iterate, and its `best`."""
-    limits = program.limits(meshes.parameters)
-    watch = Standstill(program.program, limits, meshes.parameters.vector, 1e-10)
-
-    def seen(number, x, objective, rows, *multipliers):
-        return watch.seen(number, objective, limits.violation(rows), x, rows, *multipliers)
-
-    return watch, seen
-
-
-def test_a_run_that_stays_at_its_optimum_has_stood_still(program_and_optimum):
-    meshes, program, optimum = program_and_optimum
-    standstill, seen = watched(meshes, program)
-    arrays = optimum.rows, optimum.bound_multipliers, optimum.row_multipliers
-    stopped = [seen(n, optimum.x, optimum.objective, *arrays) for n in range(20)]
-    assert standstill.best.number == 0
-    assert standstill.best.error < 1e-8
-    assert stopped.index(True) == 15  # its patience
-
-
-def test_points_off_the_optimum_are_not_near(program_and_optimum):
-    meshes, program, optimum = program_and_optimum
-    bounds, rows = optimum.bound_multipliers, optimum.row_multipliers
-
-    spoilt = {
-        "infeasible": (optimum.rows + 1e-3, bounds, rows),
-        "not stationary": (optimum.rows, bounds, rows * 1.01),
-        "pressed where no limit is": (optimum.rows, bounds + 1e-3, rows),
-    }
-    for what, arrays in spoilt.items():
-        standstill, seen = watched(meshes, program)
-        for number in range(30):
-            assert not seen(number, optimum.x, optimum.objective, *arrays), what
-        assert standstill.best is None, what
-
-
-def test_what_the_objective_may_gain_counts_as_a_part_of_it(program_and_optimum):
-    """A program's objective may be small in its scale: a start from a neighbour is then no end."""
-    meshes, program, optimum = program_and_optimum
-    # pressed a little where no limit is: what limits may gain, but hardly a lack of stationarity
-    arrays = optimum.rows, optimum.bound_multipliers + 1e-9, optimum.row_multipliers
-    for share, near in ((1.0, True), (1e-4, False)):
-        standstill, seen = watched(meshes, program)
-        seen(0, optimum.x, share * optimum.objective, *arrays)
-        assert (standstill.best is not None) == near
-
-
-def test_a_lower_objective_is_waited_for(program_and_optimum):
-    meshes, program, optimum = program_and_optimum
-    _, seen = watched(meshes, program)
-    arrays = optimum.rows, optimum.bound_multipliers, optimum.row_multipliers
-    falling = optimum.objective * (1 - 1e-7 * np.arange(40))
-    assert not any(seen(n, optimum.x, f, *arrays) for n, f in enumerate(falling))
-
-
-def test_a_run_ends_at_its_best_point_where_the_tolerance_is_out_of_reach():
-    found = solve(effort(), settings=Settings(solver=Ipopt(tolerance=1e-18, max_iterations=200)))
-    assert found.objective == pytest.approx(12.0, rel=1e-7)
-    assert found.verification.passed
-    assert found.iterations < 200
 
 
 def mesh_round(

@@ -124,8 +124,7 @@ def measure(setup: Setup, members: int = MEMBERS) -> Iterator[Measured]:
 @contextlib.contextmanager
 def timed_inside() -> Iterator[Inside]:
     """Time what runs inside IPOPT in the block, without our watch over its iterations."""
-    from ocp.nlp.kept import KeptSolver
-    from ocp.nlp.watch import Watch
+    from ocp.nlp.kept import KeptSolver, Watch
 
     inside, make, watch = Inside(), KeptSolver.of, Watch.eval_buffer
 
