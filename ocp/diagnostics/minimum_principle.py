@@ -1,8 +1,8 @@
 """The minimum principle along a solved phase: what the Hamiltonian does there.
 
 At an optimum the Hamiltonian is constant where time does not enter. Its slope by the controls,
-``H_u + sum mu c_u``, vanishes, or presses a control against its bound. Its curvature by a free
-control is not negative (Bryson and Ho, "Applied Optimal Control", ch. 2 and 3).
+``H_u + sum mu c_u``, vanishes, or presses a control against its bound (Bryson and Ho, "Applied
+Optimal Control", ch. 2 and 3).
 
 Integrals over an interval use the points and weights of the collocation, where the costates are
 given. For a control that is constant in an interval, the interval mean of the slope must vanish.
@@ -33,19 +33,14 @@ from ocp.estimates.constrained_arcs import (
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
 from ocp.optimality.active_set import (
     AT,
-    CLOSE,
     LEFT,
     LEFT_TOGETHER,
-    at_limit,
     share_at_limit,
 )
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
-
-# Samples of an interval in which a control has to stay off its bounds to be called free
-_SAMPLES = 9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,9 +87,6 @@ class MinimumPrinciple:
         Intervals that hold a change of the active set or are next to one.
     acting : (N,)
         Intervals in which a path constraint, a peak or a state's bound acts.
-    concavity : float
-        Largest negative curvature by a free control, relative to its mean size. It is nan where
-        path constraints limit the controls, whose share it lacks.
     """
 
     name: str
@@ -112,7 +104,6 @@ class MinimumPrinciple:
     mean_slope: float
     changes: Flags
     acting: Flags
-    concavity: float
 
     @property
     def slope_between_changes(self) -> float:
@@ -213,7 +204,6 @@ def minimum_principle(
         mean_slope=float((np.abs(slopes).T @ steps).max(initial=0.0) / duration),
         changes=active_set_changes(iterate, index),
         acting=acting,
-        concavity=_concavity(values, hamiltonian, _free(tested)[points.intervals]),
     )
 
 
@@ -348,35 +338,3 @@ def _means_of_stretches(means: Array, steps: Array, stretches: Integers) -> Arra
     """Mean over the stretch that each interval is in, (N,)."""
     total, length = np.bincount(stretches, means * steps), np.bincount(stretches, steps)
     return np.asarray((total / np.where(length > 0, length, 1.0))[stretches])
-
-
-def _free(tested: _TestedPhase) -> Flags:
-    """Whether each control stays off its bounds all through an interval, (N, n_u)."""
-    iterate, phase, controls = tested.iterate, tested.phase, tested.hamiltonian.controls
-    intervals = np.repeat(np.arange(phase.intervals), _SAMPLES)
-    tau = np.tile(np.linspace(0.0, 1.0, _SAMPLES), phase.intervals)
-
-    free = np.ones((phase.intervals, len(controls)), dtype=bool)
-    for j, control in enumerate(controls):
-        margin = CLOSE * iterate.scales.signals[control.name]
-        values = phase.polynomial(control.name).value(intervals, tau).reshape(-1, _SAMPLES)
-        for limit in iterate.parameters.signal_limits[control.name]:
-            free[:, j] &= ~at_limit(values, limit, margin).any(axis=1)
-    return free
-
-
-def _concavity(values: HamiltonianValues, hamiltonian: Hamiltonian, free: Flags) -> float:
-    """Largest negative eigenvalue of ``H_uu`` of the free controls, relative to its mean size.
-
-    Parameters
-    ----------
-    free : (m, n_u)
-        Whether each control is free at the instants of the values.
-    """
-    if not hamiltonian.controls:
-        return 0.0
-    if hamiltonian.limits_controls.any() or not np.isfinite(values.curvature).all():
-        return float("nan")
-    blocks = values.curvature * (free[:, :, None] & free[:, None, :])
-    size = float(np.abs(values.curvature).mean()) or 1.0
-    return max(0.0, -float(np.linalg.eigvalsh(blocks).min(initial=0.0))) / size

@@ -98,7 +98,7 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             "its largest difference, relative to its terms, between two intervals of a run without "
             "changes of the active set, where no path constraint or state's bound acts",
         )
-    # there is no slope where all intervals hold a change, and no curvature at the bounds
+    # there is no slope where all intervals hold a change
     if principle.slopes.size:
         yield Finding(
             f"between changes of '{name}': dH/du",
@@ -107,14 +107,6 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             "the worst interval mean of those without changes of the active set, projected on the "
             "controls' bounds, relative to its terms",
         )
-        if np.isfinite(principle.concavity):
-            yield Finding(
-                f"curvature of '{name}'",
-                principle.concavity,
-                allowed.concave,
-                "the Hamiltonian is nowhere concave in a control off its bounds, so that the "
-                "motion is no maximum of what is minimised",
-            )
 
 
 def _on_the_whole(

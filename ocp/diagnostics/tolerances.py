@@ -49,8 +49,6 @@ class Tolerances:
         far wider than what holds between changes.
     slope : float
         Interval means of dH/du, averaged over time, changes included.
-    concave : float
-        Negative curvature of the Hamiltonian by a free control: rounding of a few products.
     gain : float
         What a better motion promises to gain, relative to the objective: by finer or other
         controls, or by other breakpoints where a path constraint acts. It is ten times the default
@@ -82,7 +80,6 @@ class Tolerances:
     within: float = 1e-5
     strict: float = 1e-4
     changes: float = 0.5
-    concave: float = 1e-6
     gain: float = CERTIFIED_GAIN
     steps: float = 1e-6
     peak: float = 1e-5

@@ -1,4 +1,4 @@
-"""Polynomials of time: the degree of an expression of them, and bounds from their coefficients."""
+"""The degree of an expression of polynomials."""
 
 from __future__ import annotations
 
@@ -6,11 +6,7 @@ import math
 from collections.abc import Sequence
 
 import casadi as ca
-import numpy as np
 
-from ocp.arrays import Array
-
-_HALVINGS = 30
 _LINEAR = {ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE}
 _PRODUCTS = {ca.OP_MUL, ca.OP_SQ}
 _POWERS = {ca.OP_CONSTPOW, ca.OP_POW}
@@ -58,25 +54,3 @@ def _combined(code: int, degrees: Sequence[float], power: float) -> float:
     if code in _POWERS and degrees[1] == 0 and power >= 0 and power == int(power):
         return degrees[0] * power
     return math.inf
-
-
-def largest(coefficients: Array, tolerance: float) -> Array:
-    """Upper bounds of polynomials on [0, 1], at most `tolerance` above their maxima, (m,).
-
-    Parameters
-    ----------
-    coefficients : (m, degree + 1) Bernstein coefficients.
-    """
-    count = coefficients.shape[1]
-    left = np.array([[math.comb(i, j) / 2.0**i for j in range(count)] for i in range(count)])
-    right = left[::-1, ::-1]
-    owner, c = np.arange(len(coefficients)), coefficients
-    attained, bound = np.full(len(c), -np.inf), np.full(len(c), -np.inf)
-    for halving in range(_HALVINGS):
-        np.maximum.at(attained, owner, np.maximum(c[:, 0], c[:, -1]))
-        upper = c.max(axis=1)
-        done = (upper <= attained[owner] + tolerance) | (halving == _HALVINGS - 1)
-        np.maximum.at(bound, owner[done], upper[done])
-        c, owner = c[~done], np.tile(owner[~done], 2)
-        c = np.concatenate([c @ left.T, c @ right.T])
-    return bound

@@ -39,7 +39,7 @@ from ocp.solution.files import check_room, read_file, write_file
 from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
-_VERSION = 5
+_VERSION = 6
 _TEXT = "solution.json"
 
 _LISTS, _BYTES_OF_A_LIST = 200_000, 2  # packed, of which the text of a solution has one in three
@@ -405,6 +405,6 @@ def _classes() -> dict[str, Callable[..., Any]]:
         *(scales.Scales, iterate.Iterate, mesh_iteration.MeshIteration),
         *(multipliers.PhaseCostates, multipliers.PathMultiplier, multipliers.Multipliers),
         *(simulation.SimulatedPhase, simulation.SimulatedMotion),
-        *(verify.Margin, verify.Verification, Solution),
+        *(verify.Verification, Solution),
     )
     return {kind.__name__: kind for kind in listed}

@@ -9,8 +9,7 @@ what is compared        at most             why
 missed end state        ``replay``          the promise that a user builds on, with no slack
 excess of the replay    10 ``path``         the solution's own excess, and what its error in
                                             the dynamics adds to it
-rigorous bound          10 ``path``         the solution's own excess, and a bound that is not
-                                            the maximum itself
+excess of the solution  10 ``path``         the same between its own points
 error of the dynamics   10 ``dynamics``     it is met in the intervals that refinement looks
                                             at; without refinement it tells a coarse mesh
 replayed objective      10 ``replay``       relative to the objective, or to 1e-3 of its scale:
@@ -25,13 +24,6 @@ worth of the excess     1e-2                of the objective, by the limits' mul
                                             is exceeded by a small part of its size may be most
                                             of what the objective pays for
 ======================  ==================  ==================================================
-
-Where a constraint is a polynomial of time, its bound between the points is rigorous. In an interval
-all signals are polynomials of local time. An expression that only adds and multiplies them is one
-too, of a known degree, and a polynomial lies between its least and largest Bernstein coefficient.
-Halving the interval where the two are apart brings the bound as close to the maximum as wanted
-(Farouki, "The Bernstein polynomial basis: a centennial retrospective", Computer Aided Geometric
-Design 29, 2012).
 """
 
 from __future__ import annotations
@@ -41,21 +33,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import casadi as ca
-import numpy as np
 
 from ocp.accuracy import Accuracy
-from ocp.arrays import Array, Integers
 from ocp.estimates.excess_price import worth_of_excess
 from ocp.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.mesh.dense_integral import dense_integral
-from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
-from ocp.numerics.piecewise_polynomial import Lagrange, to_bernstein
-from ocp.numerics.polynomial_expressions import largest, polynomial_degree
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
-from ocp.problem.symbols import TIME, resolve
+from ocp.problem.symbols import resolve
 from ocp.scaling.far_sizes import near_limits
-from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.replayed_answer import ReplayedAnswer
 
 # The end of a verdict that no second solve stands behind
@@ -70,12 +57,6 @@ _WORTH = 1e-2
 
 # Part of a peak that the motion may stay below it, where something else makes the difference
 _LOOSE = 1e-3
-
-# The change of basis amplifies round-off by about 2^degree: at 24, to 2e-9 of the largest value
-_HIGHEST_DEGREE = 24
-
-# Bound minus maximum, relative to the size of the constraint: far below any tolerance on a path
-_CLOSE = 1e-10
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,9 +80,6 @@ class Verification:
         Why they are not.
     seconds : float
         Spent on replay and evaluation.
-    margins : tuple of Margin
-        Of every path constraint, bound of a state or algebraic signal and peak, along the solution
-        between its points.
     amplification : float
         Factor by which the motion amplifies errors.
     restarts : int
@@ -119,7 +97,6 @@ class Verification:
     passed: bool
     reasons: tuple[str, ...] = ()
     seconds: float = 0.0
-    margins: tuple[Margin, ...] = ()
     amplification: float = 1.0
     restarts: int = 0
     dynamics: float = math.nan
@@ -173,7 +150,6 @@ def verify(
         replayed_objective=objective,
         integrator_error=simulated.error,
         passed=False,
-        margins=_margins(iterate, errors, evaluator),
         amplification=simulated.amplification,
         restarts=simulated.restarts,
         dynamics=errors.worst_dynamics,
@@ -181,6 +157,7 @@ def verify(
     size = iterate.objective_size if iterate.costs_nothing else abs(iterate.objective)
     of_motion = _reasons(
         numbers,
+        dict(_path_excesses(iterate, errors)),
         dict(boundary_excesses(iterate, replay.solved, evaluator, dense)),
         accuracy,
         size=iterate.objective_size,
@@ -234,6 +211,7 @@ def _integrals_alone(expression: ca.SX) -> Iterator[Integral]:
 
 def _reasons(
     numbers: Verification,
+    path: Mapping[str, float],
     boundary: Mapping[str, float],
     accuracy: Accuracy,
     *,
@@ -245,8 +223,9 @@ def _reasons(
 
     Parameters
     ----------
-    boundary : mapping of str to float
-        Excess of the problem's bounds and links, by name.
+    path, boundary : mapping of str to float
+        Excess of path constraints between the solution's points, and of the problem's bounds and
+        links, by name.
     size : float
         Of the objective.
     worth, of_kinks : float
@@ -285,15 +264,9 @@ def _reasons(
         "there; allow more intervals, and for a vector state the scale= of its controls",
     )
 
-    # a bound that could not be had is none to exceed
-    for margin in numbers.margins:
-        where = f"'{margin.name}' in phase '{margin.phase}'"
-        words = f"{where} may be exceeded by {{}} of its size, by a proven bound of it"
-        yield _over(margin.rigorous or 0.0, _SLACK * accuracy.path, words)
-
-    for name, excess in boundary.items():
-        words = f"'{name}' is exceeded by {{}} of its size"
-        yield _over(excess, _SLACK * accuracy.replay, words)
+    for excesses, allowed in ((path, accuracy.path), (boundary, accuracy.replay)):
+        for name, excess in excesses.items():
+            yield _over(excess, _SLACK * allowed, f"'{name}' is exceeded by {{}} of its size")
 
 
 def _loose_peaks(numbers: Verification) -> str:
@@ -314,6 +287,17 @@ def unverified(objective: float) -> Verification:
     return Verification(nan, nan, (), objective, nan, nan, False, ("verify=False",))
 
 
+def _path_excesses(iterate: Iterate, errors: MotionErrors) -> Iterator[tuple[str, float]]:
+    """Path constraints but equations, and how far a motion exceeds them between its points."""
+    phases = zip(
+        iterate.trajectory.phases, iterate.transcription.constraints, errors.excess, strict=True
+    )
+    for phase, constraints, excesses in phases:
+        for constraint, excess in zip(constraints, excesses, strict=True):
+            if not constraint.is_equation and not constraint.of_cost:
+                yield f"{phase.name}: {constraint.name}", float(excess.values.max())
+
+
 def boundary_excesses(
     iterate: Iterate, trajectory: Trajectory, evaluator: Evaluator, peaks: Mapping[Peak, float]
 ) -> Iterator[tuple[str, float]]:
@@ -332,131 +316,8 @@ def boundary_excesses(
         yield bound.name, max(value - upper, lower - value) / size
 
 
-def _margins(iterate: Iterate, errors: MotionErrors, evaluator: Evaluator) -> tuple[Margin, ...]:
-    """Dense and rigorous excess of all path constraints but equations."""
-    trajectory, constraints = iterate.trajectory, iterate.transcription.constraints
-    margins = []
-
-    # dense values lie below the maximum, rigorous bounds above it: the two enclose it
-    phases = zip(trajectory.phases, constraints, errors.limits, errors.excess, strict=True)
-    for phase, *of_phase in phases:
-        for constraint, limits, dense in zip(*of_phase, strict=True):
-            if not constraint.is_equation and not constraint.of_cost:
-                bound = rigorous_excess(evaluator, trajectory, phase, constraint, limits)
-                largest = float(dense.values.max())
-                margins.append(Margin(phase.name, constraint.name, largest, bound))
-    return tuple(margins)
-
-
 def _over(value: float, allowed: float, words: str) -> str:
     """Why a value does not pass, or nothing."""
     if value <= allowed:
         return ""
     return words.format(f"{value:.2e}") + f" (tolerance {allowed:.0e})"
-
-
-@dataclass(frozen=True)
-class Margin:
-    """How far a path constraint is exceeded, relative to its size; negative if it is kept.
-
-    Attributes
-    ----------
-    phase, name : str
-    dense : float
-        The largest value found by dense evaluation.
-    rigorous : float or None
-        A bound that no instant exceeds, round-off included. None where the expression is no
-        polynomial of time, or one of a degree above 24.
-    """
-
-    phase: str
-    name: str
-    dense: float
-    rigorous: float | None
-
-
-def rigorous_excess(
-    evaluator: Evaluator,
-    trajectory: Trajectory,
-    motion: PhaseTrajectory,
-    constraint: PathConstraint,
-    limits: tuple[float, float],
-) -> float | None:
-    """A bound on how far a constraint is exceeded in a phase, or None where there is none.
-
-    It is relative to `PathConstraint.size`, and infinite where a value is not finite.
-
-    Parameters
-    ----------
-    motion : PhaseTrajectory
-        The phase of the trajectory.
-    limits : (lower, upper)
-        Of the constraint [unit].
-    """
-    parts = []
-    for orders, intervals in _intervals_by_orders(motion).items():
-        degree = _degree(evaluator, motion, constraint, orders)
-        if degree is None or degree > _HIGHEST_DEGREE:
-            return None
-        nodes = _nodes(degree)
-        values = _sampled(evaluator, trajectory, motion.name, constraint, intervals, nodes)
-        parts.append((values, to_bernstein(Lagrange(tuple(nodes.tolist())))))
-
-    largest_value = max(float(np.abs(values).max()) for values, _ in parts)
-    if not math.isfinite(largest_value):
-        return math.inf
-    size = constraint.size(limits, largest_value)
-
-    worst = -math.inf
-    for values, change in parts:
-        # round-off of the coefficients
-        noise = np.finfo(float).eps * np.abs(change).sum(axis=1).max() * largest_value
-        for limit, sign in zip(limits, (-1.0, 1.0), strict=True):
-            if math.isfinite(limit):
-                bounds = largest(sign * (values @ change.T - limit), _CLOSE * size)
-                worst = max(worst, float(bounds.max()) + noise)
-    return float(worst / size)
-
-
-def _intervals_by_orders(motion: PhaseTrajectory) -> dict[tuple[int, ...], Integers]:
-    """Intervals (m,) in which the signals have the same orders, by the orders of each group."""
-    table = np.column_stack([group.polynomial.orders for group in motion.groups])
-    intervals: dict[tuple[int, ...], list[int]] = {}
-    for number, orders in enumerate(table.tolist()):
-        intervals.setdefault(tuple(orders), []).append(number)
-    return {orders: np.array(numbers) for orders, numbers in intervals.items()}
-
-
-def _degree(
-    evaluator: Evaluator,
-    motion: PhaseTrajectory,
-    constraint: PathConstraint,
-    orders: tuple[int, ...],
-) -> int | None:
-    """Degree of a constraint where the groups of signals have these orders."""
-    symbols = {s.name: s.symbol for s in evaluator.problem.signals[motion.name]}
-    names = motion.signals
-    degrees = [
-        order for group, order in zip(motion.groups, orders, strict=True) for _ in group.names
-    ]
-    polynomials = [*(symbols[name] for name in names), TIME.symbol]
-    return polynomial_degree(constraint.expression, polynomials, [*degrees, 1])
-
-
-def _nodes(degree: int) -> Array:
-    """Extrema of Chebyshev's polynomial on [0, 1], shape (degree + 1,)."""
-    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(degree + 1) / max(degree, 1)))
-
-
-def _sampled(
-    evaluator: Evaluator,
-    trajectory: Trajectory,
-    phase: str,
-    constraint: PathConstraint,
-    intervals: Integers,
-    nodes: Array,
-) -> Array:
-    """Values of a constraint at local times of some intervals, shape (m, nodes)."""
-    k, tau = np.repeat(intervals, nodes.size), np.tile(nodes, intervals.size)
-    values = evaluator.values(trajectory, phase, [constraint.expression], k, tau)
-    return np.asarray(constraint.sign * values.reshape(intervals.size, nodes.size))

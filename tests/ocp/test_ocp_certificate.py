@@ -293,8 +293,7 @@ def test_a_stationary_point_that_is_no_minimum_fails():
         return Problem("go", [phase], **{sense: phase.integral(u**2)})
 
     assert failed(solve(stated("minimise"))) == set()
-    names = {"a second solve", "curvature of 'go'", "other controls"}
-    assert failed(solve(stated("maximise"))) == names
+    assert failed(solve(stated("maximise"))) == {"a second solve", "other controls"}
 
 
 def failed(solution):

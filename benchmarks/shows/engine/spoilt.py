@@ -63,7 +63,6 @@ MINIMUM = (
     "dH/du",
     "between changes",
     "active-set changes",
-    "curvature",
     "where path constraints act",
     "a second solve",
 )
