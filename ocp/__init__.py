@@ -66,7 +66,6 @@ if TYPE_CHECKING:
     from ocp.analysis.optima import Optimum, Trial
     from ocp.analysis.parametric import Prepared, prepare
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
-    from ocp.analysis.rescue import rescued
     from ocp.analysis.scaling_report import scaling_report
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.analysis.starts.multistart import Audit, audit
@@ -102,7 +101,6 @@ _LATER = {
     "analysis.optima": ("Optimum", "Trial"),
     "analysis.parametric": ("Prepared", "prepare"),
     "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
-    "analysis.rescue": ("rescued",),
     "analysis.scaling_report": ("scaling_report",),
     "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
     "analysis.starts.multistart": ("Audit", "audit"),
@@ -217,7 +215,6 @@ __all__ = [
     "peak",
     "prepare",
     "relaxed",
-    "rescued",
     "save",
     "scaling_report",
     "solve",

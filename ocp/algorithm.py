@@ -7,10 +7,11 @@ import time as clock
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
+from functools import partial as partial_of
 from typing import Any
 
-from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
+from ocp.errors import BudgetSpent, Interrupted, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.later import later
 from ocp.mesh.first_mesh import following
@@ -30,7 +31,7 @@ from ocp.problem.symbols import Constant, is_real
 from ocp.progress import Progress, shown
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.refine import Refinement, refine
-from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.refinement.solved_mesh import CUT_SHORT
 from ocp.reformulate.form import Form, reformulated
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
@@ -46,6 +47,9 @@ _DEFAULTS = Settings()
 # Every interval can meet its tolerance while their errors add up to a miss of the replayed end
 # state, or of the objective. The tolerance is then made stricter by this factor.
 _STRICTER = 30.0
+
+# What a motion has to be accurate to, if a solve that is cut short is to hand it over
+_OF_USE = 1e-2
 
 # words of other tools
 _ELSEWHERE = {
@@ -69,6 +73,7 @@ def solve(
     constants: Mapping[Constant, float] | None = None,
     bound: float | None = None,
     progress: Progress | bool | None = None,
+    partial: bool = True,
 ) -> Solution:
     """Solve an optimal control problem and verify the answer.
 
@@ -89,6 +94,10 @@ def solve(
         A proven bound of the optimum: a lower one when minimising, an upper one when maximising.
     progress : bool or callable, optional
         True for one live line on the terminal; a callable receives one line of text per iteration.
+    partial : bool
+        Whether Ctrl-C and a spent budget hand over the best motion until then, if it is accurate to
+        1e-2. ``solution.accuracy`` says to what, ``solution.interrupted`` and the verdict why.
+        Without, both raise.
 
     Returns
     -------
@@ -104,9 +113,10 @@ def solve(
     Unverified
         The solver's answer did not pass its verification; ``error.iterate`` holds it.
     BudgetSpent
-        The budget of the settings ended before any round held between its points.
+        The budget of the settings ended before any motion was accurate to 1e-2, or, if `partial` is
+        false, before any was as accurate as asked for.
     Interrupted
-        The user stopped the solve.
+        The user stopped the solve before that.
     """
     settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
@@ -119,7 +129,13 @@ def solve(
     known = guess.form_evaluator if isinstance(guess, Solution) else None
     with shown(progress) as say:
         meshes = MeshSolver.of(form.problem, settings, parameters, say, evaluator=known)
-        return solve_from(form, meshes, start, mesh, bound)
+        try:
+            return solve_from(form, meshes, start, mesh, bound)
+        except (Interrupted, BudgetSpent) as stop:
+            handed = _handed_over(form, meshes, stop, bound) if partial else None
+            if handed is None:
+                raise
+            return handed
 
 
 def solve_from(
@@ -147,6 +163,17 @@ def solve_from(
         return _solution(form, meshes, refinement, check, bound)
 
 
+def _handed_over(
+    form: Form, meshes: MeshSolver, stop: Interrupted | BudgetSpent, bound: float | None
+) -> Solution | None:
+    """What a stopped solve had reached, as a solution; None if it is not accurate enough."""
+    reached = stop.refinement
+    if not isinstance(reached, Refinement):
+        return None
+    solution = _solution(form, meshes, reached, _check_of(form, meshes, reached), bound)
+    return solution if solution.accuracy <= _OF_USE else None
+
+
 def _check_of(
     form: Form, meshes: MeshSolver, refinement: Refinement, seconds: float = 0.0
 ) -> Callable[[], _Checked]:
@@ -158,7 +185,7 @@ def _check_of(
         Spent on checks before.
     """
     check_parts(meshes.problem, refinement.best.iterate.trajectory)
-    return cache(partial(_checked, form, meshes, refinement.best, seconds))
+    return cache(partial_of(_checked, form, meshes, refinement, seconds))
 
 
 def _is_too_loose(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
@@ -178,7 +205,7 @@ def told_of(form: Form) -> Iterator[None]:
     try:
         yield
     except (SolveFailed, Interrupted) as error:
-        for name in ("iterate", "finished", "verified"):
+        for name in ("iterate", "finished"):
             motion = getattr(error, name, None)
             if isinstance(motion, Trajectory):
                 setattr(error, name, form.stated(motion))
@@ -324,7 +351,7 @@ class _Checked:
     verification: Verification
 
 
-def _checked(form: Form, meshes: MeshSolver, best: SolvedMesh, spent: float) -> _Checked:
+def _checked(form: Form, meshes: MeshSolver, refinement: Refinement, spent: float) -> _Checked:
     """Replay an iterate and check it, unless the settings say not to.
 
     Parameters
@@ -332,15 +359,17 @@ def _checked(form: Form, meshes: MeshSolver, best: SolvedMesh, spent: float) -> 
     spent : float
         Seconds that checks before it took.
     """
-    iterate = best.iterate
+    best, iterate = refinement.best, refinement.best.iterate
     if not meshes.settings.verify:
         stated = form.stated(iterate.trajectory)
         return _Checked(SimulatedMotion(()), stated, unverified(iterate.objective))
     begin = clock.perf_counter()
     replay = ReplayedAnswer.of(form, iterate, meshes.evaluator)
     verification = verify(iterate, replay, meshes.settings.accuracy, best.errors.of_motion)
+    worst = max(verification.accuracy, refinement.objective_error)
     seconds = spent + clock.perf_counter() - begin
-    return _Checked(replay.simulated, replay.motion, replace(verification, seconds=seconds))
+    verification = replace(verification, seconds=seconds, accuracy=worst)
+    return _Checked(replay.simulated, replay.motion, verification)
 
 
 def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
@@ -377,10 +406,11 @@ def _solution(
         raise error
 
     def verdict() -> str:
-        passed = checked().verification.passed
-        return verdict_on(meshes, refinement, bound) if passed else "unverified"
+        found = checked().verification
+        told = found.passed or refinement.ending in CUT_SHORT
+        return verdict_on(meshes, refinement, found, bound) if told else "unverified"
 
-    fitted = cache(partial(fitted_to_switches, iterate))
+    fitted = cache(partial_of(fitted_to_switches, iterate))
     adapts = settings.refinement.adapts
     stated, evaluator = form.stated(iterate.trajectory), meshes.evaluator
     objective = iterate.objective
@@ -404,21 +434,21 @@ def _solution(
         form_evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
         iterate=later(fitted),
+        interrupted=refinement.ending == "interrupted",
     )
 
-    # on a fixed mesh the user wants to see what it gives
-    if adapts and settings.verify and not solution.verification.passed:
-        raise _unverified(meshes, refinement, solution)
+    # on a fixed mesh the user wants to see what it gives, and so who stops a solve
+    told = settings.verify and adapts and refinement.ending not in CUT_SHORT
+    if told and not solution.verification.passed:
+        raise _unverified(meshes, solution)
     return solution
 
 
-def _unverified(meshes: MeshSolver, refinement: Refinement, solution: Solution) -> Unverified:
+def _unverified(meshes: MeshSolver, solution: Solution) -> Unverified:
     """The error of an answer that did not pass."""
-    ended = refinement.ending == "budget"
-    when = f" when the budget of {meshes.budget} was used up" if ended else ""
     reasons = "; ".join(solution.verification.reasons)
     return Unverified(
-        f"the answer for '{meshes.problem.name}' did not pass its verification{when}: {reasons}; "
+        f"the answer for '{meshes.problem.name}' did not pass its verification: {reasons}; "
         f"{remedy_for_kinks(meshes.problem)}loosen the tolerance named, allow more rounds or "
         "intervals, or look at the unverified answer in error.iterate",
         solution,

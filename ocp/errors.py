@@ -62,13 +62,19 @@ class BudgetSpent(IterationLimit):
     ----------
     finished : object or None
         The best mesh iteration that the solver finished; not verified.
+    refinement : object or None
+        What was reached, an `ocp.refinement.refine.Refinement`.
     """
 
     def __init__(
-        self, message: str, iterate: object | None = None, finished: object | None = None
+        self,
+        message: str,
+        iterate: object | None = None,
+        finished: object | None = None,
+        refinement: object | None = None,
     ) -> None:
         super().__init__(message, iterate)
-        self.finished = finished
+        self.finished, self.refinement = finished, refinement
 
 
 class HomotopyStopped(SolveFailed):
@@ -114,7 +120,7 @@ class Unverified(SolveFailed):
 
 
 class Interrupted(OcpError):
-    """The user stopped the solve; `ocp.rescued` makes a solution of what it had reached.
+    """The user stopped the solve, and nothing that it had reached is accurate to 1e-2.
 
     Attributes
     ----------
@@ -123,8 +129,8 @@ class Interrupted(OcpError):
     finished : object or None
         The best mesh iteration that the solver finished, whether it holds between its points or
         not.
-    verified : object or None
-        The best mesh iteration that holds between its points, if there was one.
+    refinement : object or None
+        What was reached, an `ocp.refinement.refine.Refinement`.
     """
 
     def __init__(
@@ -132,9 +138,7 @@ class Interrupted(OcpError):
         message: str,
         iterate: object | None = None,
         finished: object | None = None,
-        verified: object | None = None,
+        refinement: object | None = None,
     ) -> None:
         super().__init__(message)
-        self.iterate = iterate
-        self.finished = finished
-        self.verified = verified
+        self.iterate, self.finished, self.refinement = iterate, finished, refinement

@@ -13,22 +13,29 @@ from collections.abc import Iterator
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.refine import Refinement
-from ocp.verification.verify import NOT_CONFIRMED
+from ocp.refinement.solved_mesh import CUT_SHORT
+from ocp.verification.verify import NOT_CONFIRMED, Verification
 
 # Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
 # better themselves.
 BOUND_MET = 1e-5
 
 
-def verdict_on(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
-    """The verdict of an answer that passed its verification.
+def verdict_on(
+    meshes: MeshSolver, refinement: Refinement, checked: Verification, bound: float | None
+) -> str:
+    """The verdict of an answer that passed its verification, or whose solve was cut short.
 
     Parameters
     ----------
+    checked : Verification
+        Of the answer.
     bound : float or None
         A proven bound of the optimum [unit of the objective].
     """
     parts = [_compared(meshes, refinement, bound), *_remarks(meshes, refinement)]
+    if refinement.ending in CUT_SHORT:
+        parts.insert(1, f"accurate to {checked.accuracy:.1e}")
     # what meets a proven bound needs no second opinion
     if not parts[0].startswith("global"):
         parts.append(NOT_CONFIRMED)
@@ -80,6 +87,7 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
         "rounds": f"refinement ended after {len(refinement.rounds)} mesh iterations",
         "failure": "refinement ended after a mesh that failed",
         "budget": f"the budget of {meshes.budget} ended the refinement",
+        "interrupted": "you stopped the refinement",
     }
     ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy
 

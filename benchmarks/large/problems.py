@@ -175,19 +175,19 @@ def orbit_transfer() -> Problem:
 PROBLEMS = {
     "crane": Large(
         crane,
-        math.nan,
+        2.4847951,
         "least-time transfer of a load on a rope that swings: Y. Sakawa, Y. Shindo, Optimal "
         "control of container cranes, Automatica 18 (1982); the rope as four links, numbers here",
     ),
     "race car": Large(
         race_car,
-        math.nan,
+        11.3146,
         "dymos, example racecar: single-track model with loads and friction circles of four "
         "wheels, after F. Christ et al., Vehicle System Dynamics 59 (2021); track of 500 m here",
     ),
     "orbit transfer": Large(
         orbit_transfer,
-        math.nan,
+        45.0908034,
         "low-thrust transfer in modified equinoctial elements: J. T. Betts, Practical Methods for "
         "Optimal Control, sec. 6.3, without oblateness; a thrust for five revolutions here",
     ),

@@ -109,6 +109,7 @@ def corrected(
             mesh=None if answers else mesh,
             constants={**given, **targets},
             progress=progress,
+            partial=False,
         )
         answers.append(guess)
         reached = _reached(replay, guess, wanted)

@@ -98,6 +98,7 @@ class SolveOptions:
             mesh=mesh,
             constants=self.constants,
             progress=self.progress,
+            partial=False,
         )
 
 

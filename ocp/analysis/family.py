@@ -251,6 +251,7 @@ def family(
         guess=guess,
         constants={**others, constant: places[0]},
         progress=progress,
+        partial=False,
     )
 
     def family_of(members: Sequence[Member]) -> Family:

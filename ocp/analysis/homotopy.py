@@ -134,7 +134,9 @@ def homotopy(
     settings, others = settings or Settings(), dict(constants or {})
     if guess is None:
         unchecked = replace(settings, verify=False)
-        guess = solve(problem, settings=unchecked, constants=others, progress=progress)
+        guess = solve(
+            problem, settings=unchecked, constants=others, progress=progress, partial=False
+        )
 
     path = _Path(problem, constant, settings, others, least_step, progress)
     solutions, steps = [], []

@@ -173,7 +173,9 @@ def relaxed(
     slacks = list(loosening.slacks.values())
 
     trajectory = guess.trajectory if isinstance(guess, Solution) else guess
-    solution = solve(statement, settings=settings, guess=trajectory, progress=progress)
+    solution = solve(
+        statement, settings=settings, guess=trajectory, progress=progress, partial=False
+    )
 
     moved = {s.unknown: solution.value(s.unknown) for s in slacks}
     given_way = [s for s in slacks if moved[s.unknown] > _NOTHING * s.size]

@@ -15,6 +15,10 @@ from types import FrameType
 from typing import Any
 
 
+class SecondInterrupt(KeyboardInterrupt):
+    """Ctrl-C for the second time: whatever is lost by that, all ends at once."""
+
+
 @dataclass
 class Interrupts:
     """Whether the user has asked to stop. A second time stops at once, whatever is lost.
@@ -40,7 +44,7 @@ class Interrupts:
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if self.asked:
-            raise KeyboardInterrupt
+            raise SecondInterrupt
         self.ask()
         if callable(self.before) and self.before is not signal.default_int_handler:
             self.before(number, frame)

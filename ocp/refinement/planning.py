@@ -16,6 +16,7 @@ import numpy as np
 from ocp.accuracy import Accuracy
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh, same_intervals
+from ocp.nlp.failures import failure
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.first_round.starts import MeshAnswer
@@ -23,7 +24,7 @@ from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.policy import MeshPolicy
 from ocp.refinement.solved_mesh import OVERPROMISE, Ending, SolvedMesh
-from ocp.refinement.stopped import check_failure
+from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
 # While the last mesh was off by this much or more, the next one is about to be replaced, too.
@@ -152,9 +153,7 @@ def look_at(
     Raises
     ------
     SolveFailed
-        Nothing was solved, or the budget ended before a mesh held between its points.
-    Interrupted
-        The user stopped the solver.
+        Nothing was solved.
     """
     is_solved = found.result.outcome == "solved"
     after = _after_solved if is_solved else _after_failure
@@ -228,9 +227,13 @@ def _after_failure(
     """The step after a mesh on which the solver failed, or what ends the refinement there."""
     solved, rounds, mesh = history.solved, history.rounds, found.program.mesh
     rounds.append(record_of(mesh, found.result, None))
-    check_failure(meshes, found.program, found.result, solved, rounds)
+    if found.result.outcome == "interrupted":
+        return NextStep(None, planned.policy, "interrupted")
     if meshes.spent(rounds):
         return NextStep(None, planned.policy, "budget")
+    if not solved:
+        last = trajectory_of(found.program, found.result.x, meshes.parameters)
+        raise failure(found.program, found.result, meshes.parameters, last)
 
     recovery = planned.policy.after_failure(solved, mesh, accuracy)
     if recovery is None:

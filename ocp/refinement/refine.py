@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from ocp.accuracy import Accuracy
 from ocp.mesh.mesh import Mesh
+from ocp.nlp.interrupts import SecondInterrupt
 from ocp.refinement.endings import ending_of
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
@@ -19,8 +20,9 @@ from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.planning import History, PlannedMesh, first_plan, gap, look_at, next_plan
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.raised_peaks import verifiable
-from ocp.refinement.solved_mesh import Ending, SolvedMesh
+from ocp.refinement.solved_mesh import Ending, SolvedMesh, objective_error
 from ocp.refinement.stopped import budget_spent, interrupted
+from ocp.transcription.packing import trajectory_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,11 +38,22 @@ class Refinement:
         Records of all, those before this refinement included.
     ending : str
         What ended it.
+    solved : tuple of SolvedMesh
+        Those of this refinement.
     """
 
     best: SolvedMesh
     rounds: tuple[MeshIteration, ...]
     ending: Ending
+    solved: tuple[SolvedMesh, ...]
+
+    @property
+    def objective_error(self) -> float:
+        """What the objective of the best one may be off by, as far as the meshes tell, relative."""
+        last = self.best
+        if self.ending == "tolerances" and last.iterate.scheme.informative_multipliers:
+            return last.errors.gain
+        return objective_error(self.solved, last)
 
 
 def refine(
@@ -73,22 +86,30 @@ def refine(
     Interrupted
         The user stopped it.
     """
-    history, planned = History(list(before)), first_plan(meshes, start, mesh)
+    history, planned, last = History(list(before)), first_plan(meshes, start, mesh), None
+    ending: Ending | None = None
     try:
-        while True:
+        while ending is None:
             answer = _solved(meshes, planned, accuracy, history)
+            last = trajectory_of(answer.program, answer.result.x, meshes.parameters)
             step = look_at(meshes, planned, answer, accuracy, history)
             ending = step.ending or ending_of(meshes, history, step, accuracy)
-            if ending is not None:
-                break
-            planned = next_plan(meshes, planned, step, history)
-    except KeyboardInterrupt as stop:
-        raise interrupted(meshes.problem, history.solved, accuracy, None) from stop
+            if ending is None:
+                planned = next_plan(meshes, planned, step, history)
+    except SecondInterrupt:
+        raise
+    except KeyboardInterrupt:
+        ending = "interrupted"
 
-    best = verifiable(meshes, history.solved, accuracy)
-    if ending == "budget" and not best.is_verifiable(accuracy):
-        raise budget_spent(meshes, history.rounds, best.iterate.trajectory, best)
-    return Refinement(best, tuple(history.rounds), ending)
+    best, found = None, None
+    if history.solved:
+        best = verifiable(meshes, history.solved, accuracy)
+        found = Refinement(best, tuple(history.rounds), ending, tuple(history.solved))
+    if ending == "interrupted":
+        raise interrupted(meshes, history, last, best, found)
+    if found is None or (ending == "budget" and not found.best.is_verifiable(accuracy)):
+        raise budget_spent(meshes, history, last, best, found)
+    return found
 
 
 def _solved(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -27,9 +29,14 @@ OVERPROMISE = 10.0
 _WORTH_LITTLE = 0.25
 _TWICE = 2
 
+# A mesh tells what finer ones gain by this factor more intervals, and by changes of its objective
+# times the other.
+_FINER, _SAFETY = 1.2, 3.0
 
-Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
+Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget", "interrupted"]
 """Why a refinement ends."""
+
+CUT_SHORT: tuple[Ending, ...] = ("budget", "interrupted")
 
 
 @lazy_fields("errors")
@@ -159,3 +166,27 @@ def is_refuted(solved: Sequence[SolvedMesh], rounds: int, accuracy: Accuracy) ->
         return False
     gained = abs(before.iterate.objective - last.iterate.objective) / last.iterate.objective_size
     return left * gained <= _WORTH_LITTLE * accuracy.objective * fallen
+
+
+def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:
+    """What the objective of a mesh may be off by, relative, as far as the meshes tell.
+
+    It is what finer controls promise, or the change from the mesh before if that is more. A promise
+    that finer meshes have refuted is no more than noise: there it is three times the changes over
+    these meshes.
+    """
+    size, latest = best.iterate.objective_size, solved[-1 - _TWICE :]
+    changes = [abs(s.iterate.objective - best.iterate.objective) / size for s in latest]
+    if len(latest) > _TWICE and _are_finer(latest):
+        return min(_SAFETY * max(changes), max(best.errors.gain, *changes))
+    informative = best.iterate.scheme.informative_multipliers
+    # one mesh whose multipliers say nothing of a finer one
+    if len(latest) == 1 and not informative:
+        return math.inf
+    return max(best.errors.gain, *changes[-_TWICE:])
+
+
+def _are_finer(solved: Sequence[SolvedMesh]) -> bool:
+    """Whether each mesh has enough intervals more than the one before to tell what is gained."""
+    counts = [s.iterate.mesh.intervals for s in solved]
+    return all(new >= _FINER * old for old, new in itertools.pairwise(counts))

@@ -83,6 +83,8 @@ class Solution:
         statement.
     iterate : Iterate or None
         The point of the nonlinear program of ``form.problem``, for proofs and warm starts.
+    interrupted : bool
+        Whether the user stopped the solve, and this is the best motion until then.
     """
 
     problem: Problem
@@ -100,6 +102,7 @@ class Solution:
     form_evaluator: Evaluator
     seconds: float = 0.0
     iterate: Iterate | None = None
+    interrupted: bool = False
 
     def __repr__(self) -> str:
         from ocp.solution.summary import summary
@@ -116,6 +119,11 @@ class Solution:
     def breakpoints(self) -> Array:
         """Times of the mesh, all phases, shape (n,) [s]."""
         return distinct(np.concatenate([p.breakpoints for p in self.trajectory.phases]))
+
+    @property
+    def accuracy(self) -> float:
+        """What objective, dynamics, limits and replay are accurate to, relative to their sizes."""
+        return self.verification.accuracy
 
     @property
     def iterations(self) -> int:

@@ -31,6 +31,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import casadi as ca
 
@@ -86,6 +87,9 @@ class Verification:
         How often the replay was set back to the solution because this factor is too large.
     dynamics : float
         Largest error of the solution's dynamics between its points, relative.
+    accuracy : float
+        The largest of all that is compared, and of what the objective may be off by, as far as the
+        meshes of a solve tell.
     """
 
     miss: float
@@ -100,6 +104,7 @@ class Verification:
     amplification: float = 1.0
     restarts: int = 0
     dynamics: float = math.nan
+    accuracy: float = math.nan
 
     def __repr__(self) -> str:
         verdict = "passed" if self.passed else "; ".join(self.reasons) or "not verified"
@@ -155,7 +160,7 @@ def verify(
         dynamics=errors.worst_dynamics,
     )
     size = iterate.objective_size if iterate.costs_nothing else abs(iterate.objective)
-    of_motion = _reasons(
+    of_motion = _compared(
         numbers,
         dict(_path_excesses(iterate, errors)),
         dict(boundary_excesses(iterate, replay.solved, evaluator, dense)),
@@ -164,8 +169,11 @@ def verify(
         worth=worth_of_excess(iterate, errors.excess),
         of_kinks=abs(objective - as_solved) / size,
     )
-    reasons = tuple(reason for reason in of_motion if reason)
-    return replace(numbers, passed=not reasons, reasons=reasons)
+    compared = list(of_motion)
+    reasons = tuple(_over(*each) for each in compared if not each.value <= each.allowed)
+    values = [each.value for each in compared]
+    worst = math.nan if any(map(math.isnan, values)) else max(values)
+    return replace(numbers, passed=not reasons, reasons=reasons, accuracy=worst)
 
 
 def _objectives(
@@ -209,7 +217,15 @@ def _integrals_alone(expression: ca.SX) -> Iterator[Integral]:
         yield from (s for s in resolve(expression, "a number") if isinstance(s, Integral))
 
 
-def _reasons(
+class _Compared(NamedTuple):
+    """A value, what it may be at most, and the words for one that is more."""
+
+    value: float
+    allowed: float
+    words: str
+
+
+def _compared(
     numbers: Verification,
     path: Mapping[str, float],
     boundary: Mapping[str, float],
@@ -218,8 +234,8 @@ def _reasons(
     size: float,
     worth: float,
     of_kinks: float,
-) -> Iterator[str]:
-    """Why an answer does not pass, an empty string for what does, see the table of this module.
+) -> Iterator[_Compared]:
+    """All that is compared, see the table of this module.
 
     Parameters
     ----------
@@ -232,31 +248,33 @@ def _reasons(
         What the excess between the points is worth, of the objective, and by how much of it its
         costs are too small there, see `_stated_integrals`.
     """
-    yield _over(numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size")
-    yield _over(
+    yield _Compared(
+        numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size"
+    )
+    yield _Compared(
         numbers.excess,
         _SLACK * accuracy.path,
         "a path constraint or peak of the replay is exceeded by {} of its size; if its value is "
         "nearly zero, state scale= of the Bound or peak, the size that matters",
     )
-    yield _over(
+    yield _Compared(
         numbers.dynamics,
         _SLACK * accuracy.dynamics,
         "the dynamics, an integral or an equation is off by {} between the points",
     )
-    yield _over(
+    yield _Compared(
         worth,
         _WORTH,
         "what limits are exceeded by between the points gains {} of the objective: state the limit "
         "that matters as a Bound with scale=, the size of what may not be exceeded",
     )
-    yield _over(
+    yield _Compared(
         abs(numbers.replayed_objective - numbers.objective) / size,
         _SLACK * max(accuracy.replay, accuracy.path if numbers.peaks else 0.0),
         "the objective of the replay differs from the solver's by {} of its size"
         + _loose_peaks(numbers),
     )
-    yield _over(
+    yield _Compared(
         of_kinks,
         _SLACK * accuracy.replay,
         "the costs are too small between the points of the mesh by {} of the objective: the "
@@ -266,7 +284,8 @@ def _reasons(
 
     for excesses, allowed in ((path, accuracy.path), (boundary, accuracy.replay)):
         for name, excess in excesses.items():
-            yield _over(excess, _SLACK * allowed, f"'{name}' is exceeded by {{}} of its size")
+            words = f"'{name}' is exceeded by {{}} of its size"
+            yield _Compared(excess, _SLACK * allowed, words)
 
 
 def _loose_peaks(numbers: Verification) -> str:
@@ -317,7 +336,5 @@ def boundary_excesses(
 
 
 def _over(value: float, allowed: float, words: str) -> str:
-    """Why a value does not pass, or nothing."""
-    if value <= allowed:
-        return ""
+    """Why a value does not pass."""
     return words.format(f"{value:.2e}") + f" (tolerance {allowed:.0e})"

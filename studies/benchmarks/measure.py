@@ -89,7 +89,10 @@ def measure(
         with warnings.catch_warnings():
             # statements of the literature carry along what nothing depends on, such as a longitude
             warnings.simplefilter("ignore", StatementWarning)
-            solution, verdict = solve(benchmark.problem, settings=settings, progress=progress), ""
+            solution, verdict = (
+                solve(benchmark.problem, settings=settings, progress=progress, partial=False),
+                "",
+            )
     except Interrupted:
         raise
     except Unverified as error:

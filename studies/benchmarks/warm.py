@@ -91,7 +91,7 @@ def warm_start(benchmark: Benchmark, progress: Callable[[str], None] | None = No
     start = WarmStart(benchmark.name, constant.name, constant.value, changed[constant])
     settings = Settings(verify=False)
     try:
-        base = solve(benchmark.problem, settings=settings, progress=progress)
+        base = solve(benchmark.problem, settings=settings, progress=progress, partial=False)
     except Interrupted:
         raise
     except OcpError as error:

@@ -117,6 +117,7 @@ def _from(
             guess=start,
             constants=constants,
             progress=console.live,
+            partial=False,
         )
     except Interrupted:
         raise

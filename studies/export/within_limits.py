@@ -145,7 +145,7 @@ def law_within(
     statement = state(study, start, weights, forces, reserve=reserve)
     settings = dataclasses.replace(settings_of(study, forces), iterations=ITERATIONS)
     try:
-        solution = solve(statement.problem(), settings=settings)
+        solution = solve(statement.problem(), settings=settings, partial=False)
     except OcpError as error:
         taut = f", with {tension:.3g} N more in every rope" if tension else ""
         raise StudyError(

@@ -284,6 +284,7 @@ def _ring(study: MissionStudy, duration: float, console: Console) -> StageMotion
             stated,
             settings=Settings(intervals=20, refinement=AdaptiveMesh(move_breakpoints=False)),
             progress=console.live,
+            partial=False,
         )
     except Interrupted as stop:
         raise KeyboardInterrupt from stop

@@ -370,6 +370,7 @@ class TrussFront:
                     constants=constants,
                     guess=guess,
                     progress=self.console.live,
+                    partial=False,
                 )
                 if found.verification.excess <= LEAK and _gain(found) <= KEPT.objective:
                     return found
@@ -385,6 +386,7 @@ class TrussFront:
                     guess=guess,
                     mesh=moving_mesh(guess.kept_iterate, guess.evaluator, MERGED),
                     progress=self.console.live,
+                    partial=False,
                 )
 
         return self._refined(program, limit, guess, self.settings)
@@ -409,6 +411,7 @@ class TrussFront:
                 guess=guess,
                 mesh=mesh,
                 progress=self.console.live,
+                partial=False,
             )
         except Unverified as error:
             answer = error.iterate

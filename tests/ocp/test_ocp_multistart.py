@@ -266,7 +266,7 @@ def test_an_unverified_answer_counts_only_if_there_is_no_other():
     assert found.trials[0].error is not None
 
 
-def test_a_stopped_start_is_rescued_and_later_ones_are_left_out():
+def test_a_stopped_start_hands_over_what_it_has_and_later_ones_are_left_out():
     # the signal comes in the second mesh iteration of the second start
     def interrupting(line):
         if "start 2 of 3" in line and "mesh iteration 2" in line:

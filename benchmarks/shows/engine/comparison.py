@@ -179,7 +179,7 @@ def by_engine(
             # a state that nothing depends on is stated as the benchmark has it
             warnings.simplefilter("ignore", StatementWarning)
             problem = problem_of(variant, guess == "crude")
-            solution = solve(problem, settings=settings)
+            solution = solve(problem, settings=settings, partial=False)
     except OcpError as error:
         row["words"] = f"{type(error).__name__}: {error}"
     else:

@@ -127,7 +127,7 @@ def _right(name: str, random: np.random.Generator) -> Solution | None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", StatementWarning)
             problem = problem_of(Variant.drawn(name, random), True)
-            solution = solve(problem, settings=Settings(seconds=SECONDS))
+            solution = solve(problem, settings=Settings(seconds=SECONDS), partial=False)
     except OcpError:
         return None
     return solution if certify(solution).passed else None

@@ -192,6 +192,7 @@ class _Traded:
                 guess=guess,
                 constants=self.constants,
                 progress=self.progress,
+                partial=False,
             )
             for problem in self.alone
         )
@@ -238,6 +239,7 @@ class _Traded:
                 guess=guess,
                 constants={**self.constants, self.limit: limit},
                 progress=self.progress,
+                partial=False,
             )
         except Interrupted as stop:
             raise KeyboardInterrupt from stop

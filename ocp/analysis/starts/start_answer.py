@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from ocp.algorithm import solve
-from ocp.analysis.rescue import rescued
 from ocp.errors import BudgetSpent, Interrupted, OcpError, Unverified
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
@@ -87,18 +86,15 @@ def answered(
                 bound=bound,
                 progress=told if progress or asked else None,
             )
+            # what was cut short counts only if it is as accurate as asked for
+            if settings.verify and settings.refinement.adapts and not solution.verification.passed:
+                kind = Interrupted if solution.interrupted else BudgetSpent
+                error = kind(solution.verdict)
         except Unverified as unverified:
             solution = unverified.iterate if isinstance(unverified.iterate, Solution) else None
             error = unverified
         except failures as failure:
             error = failure
-
-    # what was cut short by a budget of all starts is worth as much as what was stopped
-    over = clock.perf_counter() - begin >= seconds
-    if problem is not None and (
-        isinstance(error, Interrupted) or (isinstance(error, BudgetSpent) and over)
-    ):
-        solution, error = _kept(problem, error, settings, progress)
     return StartAnswer(solution, error, clock.perf_counter() - begin, interrupts.asked)
 
 
@@ -107,16 +103,3 @@ def _within(settings: Settings, seconds: float) -> Settings:
     own = math.inf if settings.seconds is None else settings.seconds
     least = min(own, seconds)
     return settings if math.isinf(least) else replace(settings, seconds=least)
-
-
-def _kept(
-    problem: Problem, stop: Interrupted | BudgetSpent, settings: Settings, told: Progress | None
-) -> tuple[Solution | None, Exception | None]:
-    """What a stopped start had reached, and why it does not count if it does not."""
-    try:
-        solution = rescued(problem, stop, settings=settings, progress=told)
-    except (Interrupted, KeyboardInterrupt):
-        return None, stop
-    if solution is None or not solution.verification.passed:
-        return solution, stop
-    return solution, None

@@ -56,7 +56,7 @@ class FinishedSolves:
             self._say(f"solve {self._count}: found in an earlier run")
             return earlier.solution
 
-        solution = solve(problem, mesh=mesh, **how)
+        solution = solve(problem, mesh=mesh, partial=False, **how)
         self._kept.keep(_KIND, Trial(name, solution, None, float(solution.objective), 0.0))
         return solution
 

@@ -55,7 +55,7 @@ def least_rigid_duration(stage: Stage, caps: TorqueCaps) -> float | None:
     stated = _problem(stage.lasting(quintic_duration(stage, caps)), torque_caps)
     settings = Settings(intervals=RIGID_INTERVALS, refinement=FixedMesh(), verify=False)
     try:
-        solution = solve(stated, settings=settings)
+        solution = solve(stated, settings=settings, partial=False)
     except SolveFailed:
         return None
     return float(solution.trajectory.phases[0].end)

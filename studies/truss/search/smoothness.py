@@ -163,6 +163,7 @@ def at_a_light_price(
                 guess=best.solution,
                 constants={statement.price: price},
                 progress=progress,
+                partial=False,
             )
         except Interrupted:
             return replace(best, interrupted=True)

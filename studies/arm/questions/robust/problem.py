@@ -268,7 +268,12 @@ def _under_cap(
         stated = robust_statement(stage, sought.start, sought.spread, _lowered(sought, used))
         try:
             solution = solve(
-                stated.problem, settings=robust_settings(), guess=guess, mesh=mesh, progress=live
+                stated.problem,
+                settings=robust_settings(),
+                guess=guess,
+                mesh=mesh,
+                progress=live,
+                partial=False,
             )
         except Interrupted as error:
             raise KeyboardInterrupt from error
