@@ -70,8 +70,7 @@ if TYPE_CHECKING:
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.analysis.starts.multistart import Audit, audit
     from ocp.diagnostics.certificate import Certificate, certify
-    from ocp.diagnostics.diagnostic import Diagnostic, Evidence
-    from ocp.diagnostics.finding import Finding
+    from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding
     from ocp.diagnostics.second_solve import confirm
     from ocp.diagnostics.tolerances import Tolerances
     from ocp.mesh.coarsening import coarsened
@@ -117,8 +116,7 @@ _LATER = {
     "solution.solution": ("Solution",),
     "solution.storage": ("load", "save"),
     "diagnostics.certificate": ("Certificate", "certify"),
-    "diagnostics.diagnostic": ("Diagnostic", "Evidence"),
-    "diagnostics.finding": ("Finding",),
+    "diagnostics.diagnostic": ("Diagnostic", "Evidence", "Finding"),
     "diagnostics.second_solve": ("confirm",),
     "diagnostics.tolerances": ("Tolerances",),
     "verification.verify": ("Verification",),

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from ocp.algorithm import solve
 from ocp.errors import HomotopyStopped, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
+from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress
@@ -22,24 +24,11 @@ _GROWTH = 2.0  # of a step after one that succeeded
 _SHRINKING = 0.5  # of a step that failed
 
 
-@dataclass(frozen=True)
-class Step:
-    """One attempt of a homotopy; a failed one has neither iterations nor objective.
-
-    Attributes
-    ----------
-    value : float
-        Of the constant [its unit].
-    solved : bool
-    iterations : int or None
-        Of the solver.
-    objective : float or None
-    """
+class Step(NamedTuple):
+    """One attempt of a homotopy, at a value of the constant [its unit]."""
 
     value: float
     solved: bool
-    iterations: int | None = None
-    objective: float | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,12 +107,7 @@ def homotopy(
         As `ocp.solve`, of the first solve.
     """
     targets = [float(value) for value in np.atleast_1d(np.asarray(values, dtype=float))]
-    if constant not in set(problem.constants):
-        names = ", ".join(f"'{known.name}'" for known in problem.constants) or "none"
-        raise StatementError(
-            f"problem '{problem.name}' does not use the constant '{constant.name}'; there are: "
-            f"{names}"
-        )
+    parameters_of(problem, {constant: constant.value})  # or the problem does not use it
     if not targets:
         raise StatementError(
             f"the homotopy in '{constant.name}' has no value to go to; give at least one"
@@ -132,90 +116,49 @@ def homotopy(
         raise StatementError(f"the least step of a homotopy is {least_step!r}; give 0 < step <= 1")
 
     settings, others = settings or Settings(), dict(constants or {})
-    if guess is None:
-        unchecked = replace(settings, verify=False)
-        guess = solve(
-            problem, settings=unchecked, constants=others, progress=progress, partial=False
-        )
-
-    path = _Path(problem, constant, settings, others, least_step, progress)
-    solutions, steps = [], []
+    between = replace(settings, verify=False)
+    last = guess or solve(
+        problem, settings=between, constants=others, progress=progress, partial=False
+    )
+    solutions, steps = list[Solution](), list[Step]()
     for target in targets:
-        guess, taken = path.follow(guess, target)
-        solutions.append(guess)
-        steps += taken
-    return Homotopy(tuple(solutions), tuple(steps))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class _Path:
-    """What all steps have in common."""
-
-    problem: Problem
-    constant: Constant
-    settings: Settings
-    others: dict[Constant, float]
-    least: float
-    progress: Progress | bool | None
-
-    def follow(self, start: Solution, target: float) -> tuple[Solution, list[Step]]:
-        """From a solution to the one at `target`, and the steps taken."""
-        first = float(start.trajectory.constants[self.constant.name])
-        last, steps = start, list[Step]()
+        first = float(last.trajectory.constants[constant.name])
         reached, step = 0.0, 1.0  # fractions of the way
-        while True:
+        while reached < 1.0:
             fraction = min(reached + step, 1.0)
             value = target if fraction == 1.0 else first + fraction * (target - first)
+            solved = partial(
+                solve,
+                problem,
+                settings=settings if fraction == 1.0 else between,
+                constants={**others, constant: value},
+                progress=progress,
+                partial=False,
+            )
             try:
-                last = self._solved(last, value, final=fraction == 1.0)
+                found = solved(guess=last)
+                # beyond a bifurcation a saddle may follow on a minimum
+                if fraction == 1.0 and (lower := lower_beside(found.kept_iterate, found.evaluator)):
+                    found = solved(guess=lower.trajectory)
             except Unverified:
                 # shorter steps lead to the same answer
                 raise
             except SolveFailed as error:
                 steps.append(Step(value, False))
                 step = _SHRINKING * (fraction - reached)
-                if step < self.least:
-                    value = first + reached * (target - first)
-                    raise self._stopped(value, target, last, error, steps) from error
+                if step < least_step:
+                    at, unit = first + reached * (target - first), constant.unit
+                    raise HomotopyStopped(
+                        f"the homotopy in '{constant.name}' stopped at {at:.6g} {unit} on the way "
+                        f"to {target:.6g} {unit}: steps of {least_step:.2g} of the way still fail "
+                        f"({error}); take this value, allow shorter steps (least_step) or change "
+                        "another constant first",
+                        at,
+                        last,
+                        tuple(steps),
+                    ) from error
                 continue
-
-            steps.append(Step(value, True, last.iterations, last.objective))
-            if fraction == 1.0:
-                return last, steps
-            reached, step = fraction, _GROWTH * (fraction - reached)
-
-    def _solved(self, last: Solution, value: float, final: bool) -> Solution:
-        """The solution at a value, verified only where that was asked for.
-
-        Beyond a bifurcation a saddle may follow on a minimum. It is left where a value was asked
-        for.
-        """
-        solved = partial(
-            solve,
-            self.problem,
-            settings=replace(self.settings, verify=final and self.settings.verify),
-            constants={**self.others, self.constant: value},
-            progress=self.progress,
-        )
-        found = solved(guess=last)
-        if final and (lower := lower_beside(found.kept_iterate, found.evaluator)):
-            return solved(guess=lower.trajectory)
-        return found
-
-    def _stopped(
-        self,
-        reached: float,
-        target: float,
-        last: Solution,
-        error: SolveFailed,
-        steps: Sequence[Step],
-    ) -> HomotopyStopped:
-        name, unit = self.constant.name, self.constant.unit
-        return HomotopyStopped(
-            f"the homotopy in '{name}' stopped at {reached:.6g} {unit} on the way to "
-            f"{target:.6g} {unit}: steps of {self.least:.2g} of the way still fail ({error}); "
-            "take this value, allow shorter steps (least_step) or change another constant first",
-            reached,
-            last,
-            tuple(steps),
-        )
+            steps.append(Step(value, True))
+            last, step, reached = found, _GROWTH * (fraction - reached), fraction
+        solutions.append(last)
+    return Homotopy(tuple(solutions), tuple(steps))

@@ -15,8 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ocp.diagnostics.diagnostic import Diagnostic, Evidence
-from ocp.diagnostics.finding import Finding
+from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding
 from ocp.diagnostics.second_solve import SECOND_SOLVE
 from ocp.diagnostics.standard import STANDARD
 from ocp.diagnostics.tolerances import Tolerances

@@ -1,4 +1,4 @@
-"""What a diagnostic is, and what it is given."""
+"""What a diagnostic is, what it is given, and what it says."""
 
 from __future__ import annotations
 
@@ -9,12 +9,53 @@ from typing import Any, Protocol
 import casadi as ca
 
 from ocp.arrays import Array
-from ocp.diagnostics.finding import Finding
 from ocp.diagnostics.tolerances import Tolerances
-from ocp.mesh.trajectory import Evaluator
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import Functional, Peak
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One number, what it may be at most, and what it means.
+
+    Attributes
+    ----------
+    name : str
+    value, tolerance : float
+        Of the same unit.
+    sentence : str
+    start : Trajectory or None
+        A motion from which a solve should reach a better answer, if one was found.
+    open : bool
+        Whether it could not be finished, so that the value says nothing.
+    """
+
+    name: str
+    value: float
+    tolerance: float
+    sentence: str
+    start: Trajectory | None = None
+    open: bool = False
+
+    @property
+    def passed(self) -> bool:
+        """Whether the value is a number within its tolerance."""
+        return not self.open and bool(self.value <= self.tolerance)
+
+    @property
+    def failed(self) -> bool:
+        """Whether it was finished, and the value is no number within its tolerance."""
+        return not (self.passed or self.open)
+
+    def __str__(self) -> str:
+        if self.open:
+            return f"open  {self.name}: {self.sentence}"
+        return (
+            f"{'pass' if self.passed else 'FAIL'}  {self.name}: {self.value:.1e} of "
+            f"{self.tolerance:.0e} allowed; {self.sentence}"
+        )
 
 
 class Diagnostic(Protocol):

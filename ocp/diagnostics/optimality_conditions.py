@@ -11,8 +11,7 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
-from ocp.diagnostics.diagnostic import Evidence
-from ocp.diagnostics.finding import Finding
+from ocp.diagnostics.diagnostic import Evidence, Finding
 from ocp.diagnostics.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.diagnostics.tolerances import Tolerances
 from ocp.estimates.other_controls.promise import other_controls, others_remark, promised_by

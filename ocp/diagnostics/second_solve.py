@@ -19,8 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.diagnostics.diagnostic import Evidence
-from ocp.diagnostics.finding import Finding
+from ocp.diagnostics.diagnostic import Evidence, Finding
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, PhaseMesh, cut_in_two
 from ocp.mesh.trajectory import Trajectory

@@ -86,7 +86,7 @@ def variation_of(
     each point at which the equation is imposed. So is one whose limits are curved, in time or with
     other controls, because straight lines would need very many intervals to follow them. An
     automatic polynomial in which the phase is linear has one coefficient fewer than there are
-    collocation points, see `ocp.problem.linear_controls`. "full" is "automatic" without this.
+    collocation points, see `enters_linearly`. "full" is "automatic" without this.
     """
     shape = control.piecewise or default
     if shape not in ("automatic", "full"):
@@ -146,6 +146,20 @@ def _is_curved(expression: ca.SX, control: Control) -> bool:
         expression = stepwise.function(ca.vertcat(*all_symbols), ca.vertcat(*results))
     degree = polynomial_degree(expression, times, [1] * len(times))
     return degree is None or degree > 1
+
+
+@lru_cache(maxsize=256)
+def enters_linearly(problem: Problem, phase: Phase, control: Control) -> bool:
+    """Whether rates, integrands, peaks and bounds of a phase are linear in one of its controls.
+
+    Their slopes by the control may depend on all else, other controls included. At an optimum such
+    a control is at a bound, or on a *singular arc*: there the slope of the Hamiltonian by it
+    vanishes for some time (Bryson and Ho, "Applied Optimal Control", ch. 8).
+    """
+    expressions = [*phase.dynamics.values(), *(bound.expression for bound in phase.bounds)]
+    expressions += [integral.expression for integral in problem.integrals[phase.name]]
+    expressions += [expression for _, expression in pieces_over(problem.peaks, phase.name)]
+    return is_linear(ca.vertcat(*expressions, ca.SX(0, 1)), control.symbol)
 
 
 def first_degree(

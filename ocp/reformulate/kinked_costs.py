@@ -31,7 +31,14 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant, Control, Signal, Symbol, is_limited, resolve
 from ocp.problem.texts import text_of, unit_of
-from ocp.reformulate.costs import LONGEST_NAME, costly, sides_of, unlike
+from ocp.reformulate.costs import (
+    LONGEST_NAME,
+    at_some_times,
+    constant_value,
+    costly,
+    sides_of,
+    unlike,
+)
 from ocp.reformulate.reformulation import (
     Restated,
     may_have_kinks,
@@ -39,7 +46,6 @@ from ocp.reformulate.reformulation import (
     with_functionals,
     with_limits,
 )
-from ocp.reformulate.time_factors import at_some_times, constant_value
 from ocp.reformulate.vector_sizes import SizeOfVector, sizes_of_vectors
 
 # Kinks of states in one integral. Of more, as in a sum over many levels, a motion crosses the most.

@@ -105,7 +105,7 @@ class Solution:
     interrupted: bool = False
 
     def __repr__(self) -> str:
-        from ocp.solution.summary import summary
+        from ocp.solution.tables import summary
 
         return summary(self)
 

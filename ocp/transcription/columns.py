@@ -20,8 +20,7 @@ from ocp.errors import StatementError
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.numerics.schemes import Scheme
 from ocp.problem.functionals import Integral, Peak
-from ocp.problem.integrator_chains import variation_of
-from ocp.problem.linear_controls import enters_linearly
+from ocp.problem.integrator_chains import enters_linearly, variation_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Between, Control, Piecewise, Signal, State

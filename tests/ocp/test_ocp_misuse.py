@@ -99,7 +99,7 @@ WRONG_KEYWORDS = {
     "Problem, near": (lambda: Problem("p", drive(), minimize=0), r"did you mean 'minimise'"),
     "Problem, a cost": (lambda: Problem("p", drive(), cost=0), r"'cost'; write minimise="),
     "Settings": (lambda: Settings(interval=3), r"Settings .* did you mean 'intervals'"),
-    "Settings, another tool's": (lambda: Settings(tol=1e-6), r"'tol'; write accuracy=Accuracy"),
+    "Settings, another tool's": (lambda: Settings(tol=1e-6), r"'tol'; write accuracy="),
     "solve, another tool's": (
         lambda: solve(task(drive()), verbose=True),
         r"solve .* 'verbose'; write progress=True",

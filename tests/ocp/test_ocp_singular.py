@@ -23,7 +23,7 @@ from ocp import (
     peak,
     solve,
 )
-from ocp.problem.linear_controls import enters_linearly
+from ocp.problem.integrator_chains import enters_linearly
 from ocp.reformulate.form import reformulated
 from ocp.reformulate.standard import STANDARD
 
