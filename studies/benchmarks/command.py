@@ -48,6 +48,16 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     if options.list:
         console.say(_contents(chosen))
         return ExitCode.OK
+    code = _answered(chosen, options, console)
+    if code is ExitCode.INTERRUPTED:
+        console.complain("interrupted; what was measured until then is printed")
+    return code
+
+
+def _answered(
+    chosen: Sequence[Benchmark], options: argparse.Namespace, console: Console
+) -> ExitCode:
+    """Do what the flags ask of the chosen problems."""
     if options.starts is not None:
         return _audit_all(chosen, options.starts, console)
     if options.warm:
@@ -183,8 +193,7 @@ def _audit_all(chosen: Sequence[Benchmark], starts: int, console: Console) -> Ex
                 progress=console.live,
                 finished=partial(_say_trial, console, benchmark.name),
             )
-        except Interrupted as error:
-            console.complain(str(error))
+        except Interrupted:
             return ExitCode.INTERRUPTED
         except OcpError as error:
             console.say(f"{benchmark.name}: {type(error).__name__}: {error}")

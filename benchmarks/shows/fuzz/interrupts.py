@@ -132,11 +132,12 @@ def processor_of(process: int) -> float:
     place = Path(f"/proc/{process}")
     try:
         fields = (place / "stat").read_text().rpartition(")")[2].split()
-        children = (place / "task" / str(process) / "children").read_text().split()
+        # a child is listed under the thread that has started it
+        listed = [task.read_text() for task in place.glob("task/*/children")]
     except OSError:
         return 0.0
     own = sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
-    return own + sum(processor_of(int(child)) for child in children)
+    return own + sum(processor_of(int(child)) for child in " ".join(listed).split())
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
