@@ -70,7 +70,9 @@ class BestDesign:
     second: tuple[Criterion, ...] = ()
 
 
-def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) -> BestDesign:
+def search(
+    study: CodesignStudy, held: Sequence[Requirement], seconds: float, console: Console
+) -> BestDesign:
     """Solve from all starts.
 
     Parameters
@@ -79,6 +81,8 @@ def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) 
         Its caps hold for the motion.
     held : sequence of Requirement
         Those at rest follow from the caps, and are left out.
+    seconds : float
+        That it may take [s].
 
     Raises
     ------
@@ -115,7 +119,7 @@ def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) 
                 same=SAME,
                 processes=allowed_processes(),
                 failures=(StudyError,),
-                seconds=study.deployment.solver.seconds,
+                seconds=seconds,
                 progress=console.live,
                 finished=lambda trial: console.progress(_line(study, trial)),
             )
@@ -127,11 +131,13 @@ def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) 
             ExitCode.NOT_SOLVED,
         ) from error
 
-    left = study.deployment.solver.seconds - (clock.monotonic() - begin)
-    found, exact = _to_the_last_digits(found, settings, force, left, console)
+    def left() -> float:
+        return seconds - (clock.monotonic() - begin)
+
+    found, exact = _to_the_last_digits(found, settings, force, left(), console)
     second: tuple[Criterion, ...] = ()
     if exact and not found.interrupted and found.optima[0].solution.verification.passed:
-        found, check = _a_second_time(found, settings, force, console)
+        found, check = _a_second_time(found, settings, force, left(), console)
         second = (check,)
     best = found.optima[0].solution
     design = {u.name.replace(" ", "_"): best.value(u) for u in best.problem.unknowns}
@@ -188,11 +194,12 @@ def _a_second_time(
     found: Audit,
     settings: Settings,
     force: Callable[[Problem, Solution], float],
+    left: float,
     console: Console,
 ) -> tuple[Audit, Criterion]:
     """The audit with the answer that a second solve leaves, and what it says of it."""
     best = found.optima[0]
-    second = second_solve(best.solution, settings, console, gain=GAIN)
+    second = second_solve(best.solution, settings, console, left=left, gain=GAIN)
     solution = second.solution
     kept = dataclasses.replace(best, solution=solution, value=force(solution.problem, solution))
     optima = (kept, *found.optima[1:])

@@ -8,6 +8,7 @@ driven through the truss model and held against caps and requirements, as any mo
 from __future__ import annotations
 
 import dataclasses
+import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -112,15 +113,19 @@ def run(study: CodesignStudy, console: Console | None = None) -> Result:
 
 
 def _answer(study: CodesignStudy, console: Console) -> Result:
+    begin, solver = clock.monotonic(), study.deployment.solver
     console.progress(f"{STATED}: its own best motion, to compare with")
-    stated = Search(_without_force_caps(study.deployment), console).run()
+    half = dataclasses.replace(solver, seconds=solver.seconds / 2)  # the other is the design's
+    alone = dataclasses.replace(_without_force_caps(study.deployment), solver=half)
+    stated = Search(alone, console).run()
     if stated.interrupted:
         raise KeyboardInterrupt  # which is no motion to go on from
     study = _with_bars(study, stated)
     held = requirements(study)
     check_some_design(study, held)
 
-    found = search(study, held, console)
+    left = max(solver.seconds - (clock.monotonic() - begin), solver.seconds / 4)
+    found = search(study, held, left, console)
     solution = found.audit.optima[0].solution
     deployment = study.deployment
     better = designed(deployment, found.design)

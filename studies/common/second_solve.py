@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from ocp import (
@@ -36,6 +36,7 @@ _LEFT_BY_A_SOLVE = 0.1
 
 # [s] for a solve of less: a busy machine should end it, too
 LEAST_SECONDS = 10.0
+_SHORTEST = 1.0  # [s] of a solve, if the budget is spent
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,7 @@ def second_solve(
     settings: Settings,
     console: Console,
     *,
+    left: float = math.inf,
     constants: Mapping[Constant, float] | None = None,
     gain: float = Tolerances().gain,
     name: str = NAME,
@@ -72,19 +74,27 @@ def second_solve(
     ----------
     settings, constants
         Of the solve.
+    left : float
+        Of the user's budget; nothing is asked if nothing is left [s].
     gain : float
         Part of the objective that a better answer may have more.
     name : str
         Of the check, where several answers are asked.
     """
     begin = clock.monotonic()
+    if left <= 0.0:
+        return SecondSolve(solution, _criterion(name, "open: no seconds are left", math.nan, gain))
     console.progress(f"{name}, on another mesh and from beside the answer")
-    seconds = max(solution.seconds, LEAST_SECONDS)
+    seconds = min(max(solution.seconds, LEAST_SECONDS), left)
     asked = partial(confirm, seconds=seconds, progress=console.live), other_controls_condition
     try:
         certificate = certify(solution, Tolerances(gain=gain), diagnostics=asked)
         least = _LEFT_BY_A_SOLVE * gain
-        better = _from(certificate.start, solution, settings, constants, least, console)
+        left = max(left - (clock.monotonic() - begin), _SHORTEST)
+        within = settings
+        if left < (settings.seconds or math.inf):
+            within = replace(settings, seconds=left)
+        better = _from(certificate.start, solution, within, constants, least, console)
     except (KeyboardInterrupt, Interrupted):
         stopped = _criterion(name, "stopped by the user", math.nan, gain)
         return SecondSolve(solution, stopped, interrupted=True)

@@ -53,6 +53,12 @@ def test_a_right_answer_is_confirmed_and_stays() -> None:
     assert "confirmed within" in told.check.sentence
 
 
+def test_a_spent_budget_leaves_the_answer_and_says_so(coarse: Solution) -> None:
+    told = second.second_solve(coarse, Settings(), silent(), left=-0.1)
+    assert told.solution is coarse
+    assert told.check.sentence == "passed: a second solve: open: no seconds are left"
+
+
 def test_a_better_answer_takes_its_place(coarse: Solution) -> None:
     told = second.second_solve(coarse, Settings(), silent())
     assert told.solution.objective == pytest.approx(12.0, rel=1e-4)

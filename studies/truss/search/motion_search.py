@@ -427,7 +427,7 @@ class Search:
         if self.interrupted:
             return None
         settings = settings_of(self.study, self._with_forces, self.accuracy)
-        second = second_solve(solution, settings, self.console)
+        second = second_solve(solution, settings, self.console, left=self._some_left())
         self.interrupted = second.interrupted
         return second
 
