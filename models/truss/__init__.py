@@ -6,7 +6,13 @@ Numbers along a motion are in `evaluate` and, for single nodes, in `nodes`. `bou
 least peaks that any motion has.
 """
 
-from models.truss.bar_forces import BarForces, bar_forces
+from models.truss.bar_forces import (
+    BarForces,
+    bar_forces,
+    extreme_bar_forces,
+    hoop_force,
+    largest_bar_force,
+)
 from models.truss.bounds import (
     least_peak_reaction,
     least_peak_rope_acceleration,
@@ -31,6 +37,7 @@ from models.truss.inertia import (
     reaction_force,
     total_mass,
 )
+from models.truss.inertia_loads import InertiaLoads, inertia_loads
 from models.truss.kinematics import (
     angle_from_rope_length,
     node_position,
@@ -54,6 +61,7 @@ from models.truss.parameters import (
     with_symbols,
 )
 from models.truss.potential import Net, potential, potential_slope
+from models.truss.ring_forces import RingForces, ring_forces
 from models.truss.rope import (
     far_end_ratio,
     mean_tension_ratio,
@@ -62,6 +70,7 @@ from models.truss.rope import (
     rope_leverage,
     tension_ratios,
 )
+from models.truss.shear import module_shear
 
 __all__ = [
     "DYNAMIC_SET",
@@ -69,9 +78,11 @@ __all__ = [
     "TUBE_LINEAR_DENSITY",
     "BarForces",
     "ForceCoefficients",
+    "InertiaLoads",
     "JointMasses",
     "Net",
     "NodeMotion",
+    "RingForces",
     "StaticPeak",
     "TrussMotion",
     "TrussParameters",
@@ -79,17 +90,22 @@ __all__ = [
     "angular_acceleration",
     "bar_forces",
     "evaluate_motion",
+    "extreme_bar_forces",
     "far_end_ratio",
     "force_coefficients",
+    "hoop_force",
     "inertia",
+    "inertia_loads",
     "inertia_slope",
     "joint_damping",
     "joint_loss",
     "kinetic_energy",
+    "largest_bar_force",
     "least_peak_reaction",
     "least_peak_rope_acceleration",
     "linear_momentum",
     "mean_tension_ratio",
+    "module_shear",
     "node_motion",
     "node_position",
     "potential",
@@ -97,6 +113,7 @@ __all__ = [
     "pulley_loss",
     "pulley_loss_by_sum",
     "reaction_force",
+    "ring_forces",
     "ring_positions",
     "ring_radius",
     "rope_acceleration",

@@ -1,23 +1,30 @@
-"""Axial forces in the bars of a module, at the motor, by statics; compression is positive.
+r"""Forces in the bars of any module, by statics with inertia forces; compression is positive.
 
-Cut free: a slider, half a cross-bar, and the ring between two modules. With T1 on the rope on
-either side of the slider, and N the push of one face of the ring along a side,
+Half a cross-bar turns about its bar end, its link about the slider:
 
-    link          F = (2 T1 - k1 (l0 - e)) d / (2 h)             from the slider
-    cross-bar     T1 + N sin(alpha)                              from crank to middle joint
-                  T1 + N sin(alpha) - F (c sin^2 - h cos) / d    from bar end to crank
+    slider o                u [-] along the cross-bar, from its bar end to the middle joint
+            \ link           p [-] along the link, from the slider to its joint at the crank
+    bar end  o crank        p . u = (c sin^2 - h cos) / d,   u x p = e sin / d
+       o=====o=======o      h [m] height of the link, e - c cos
+              middle joint, which passes the hoop force N along the side and the shear V upward
 
-with h = sqrt(d^2 - c^2 sin^2) and, for a taut net and a ring whose mass M sits at the bar ends,
+The balances of a slider, of half a cross-bar along itself, and of a vertical bar give, at rest,
 
-    N = (k2 b (sin(alpha) - sin(alpha_c)) + M b (cos(alpha) acc - sin(alpha) omega^2) / (2 n))
-        / (2 sin^2(pi/n))
+    link            F = d (mean t - S) / (2 h) +- b d V / (c e)
+    outer part      P = T + N sin -+ V cos               of a cross-bar, from crank to middle joint
+    inner part      P - F (p . u)                        from bar end to crank
+    vertical bar    V_{m+1} - V_m                        at its middle, behind module m
+    moment          (b - c) (N cos +- V sin)             in a cross-bar at its crank
 
-The vertical bars carry no axial force at their middle. Bending, the masses of single bars, and the
-friction of sliders, which unloads the links while the truss opens, are left out.
+with the upper sign for the left half of a module, seen from outside with the motor on the left: t
+and V are in `shear`, T is the tension of the rope along that half, S = k1 (l0 - e). The moments of
+half a cross-bar about its bar end then balance as well, for T1 as in (38).
 
-All modules are taken to be alike. With pulley friction they are not: the rope's tension falls along
-the ring, its differences are passed on as shear through the middle joints, and links and bars may
-carry up to four times these forces.
+In motion, slider friction and the joint torques (27) act too, and the inertia of `inertia_loads`.
+N presses the corners outward against net and inertia. The ring's centre moves, as one corner is
+fixed, and the fixed bar's reaction drives it. Its part that is the same at all corners works
+against the opening, and is included: without it the forces would miss (38). What is left of it
+moves the ring as a whole and bends it; that is left out.
 
 Symbols: T1 [N] motor force on one rope; alpha [rad], omega [rad/s], acc [rad/s^2].
 """
@@ -29,18 +36,40 @@ from typing import NamedTuple
 
 import casadi as ca
 
-from models.truss.inertia import total_mass
-from models.truss.kinematics import Expression, slider_distance
+from models.truss.inertia_loads import InertiaLoads, inertia_loads, inertia_push
+from models.truss.kinematics import (
+    Expression,
+    link_height,
+    link_ratio,
+    slider_distance,
+    slider_distance_slope,
+)
 from models.truss.parameters import TrussParameters
 from models.truss.potential import Net, net_stretch
+from models.truss.rope import module_tension
+from models.truss.shear import (
+    extreme_modules,
+    mean_slider_pull,
+    module_shear,
+    shear_per_pull,
+    slider_pull,
+)
+
+KINDS = ("link", "outer_cross_bar", "inner_cross_bar")  # of bars in a module, all but the vertical
+SIDES = ("left", "right")
 
 
 class BarForces(NamedTuple):
-    """Compression in the bars at the motor [N]; a pull is negative."""
+    """Axial forces in the bars of a module [N], a pull negative, and the moment at the crank.
 
-    link: Expression
-    outer_cross_bar: Expression  # from the crank to the middle joint
-    inner_cross_bar: Expression  # from the bar end to the crank
+    Each but the vertical bar is a pair: left and right half of the module, seen from outside.
+    """
+
+    link: tuple[Expression, Expression]
+    outer_cross_bar: tuple[Expression, Expression]  # from the crank to the middle joint
+    inner_cross_bar: tuple[Expression, Expression]  # from the bar end to the crank
+    vertical_bar: Expression  # at its middle, behind the module
+    crank_moment: tuple[Expression, Expression]  # bends the cross-bar, at the outer side [N m]
 
 
 def bar_forces(
@@ -49,28 +78,121 @@ def bar_forces(
     omega: Expression,
     acc: Expression,
     tension: Expression,
+    module: Expression,
     net: Net = "by angle",
+    self_stress: Expression = 0.0,
 ) -> BarForces:
-    """Compression in the bars under the motor force `tension` [N] on each rope."""
-    c, d = parameters.crank, parameters.link
+    """Forces in the bars of a module 1..n under the motor force `tension` [N] on each rope.
+
+    Parameters
+    ----------
+    module : which one, from the motor; an expression if you like.
+    self_stress : shear that is the same in all modules [N], on top of the one with zero mean.
+    """
+    c, b, d = parameters.crank, parameters.half_cross_bar, parameters.link
+    e, h = slider_distance(parameters, alpha), link_height(parameters, alpha)
     sine, cosine = ca.sin(alpha), ca.cos(alpha)
-    e = slider_distance(parameters, alpha)
-    height = e - c * cosine
+    along, across = (c * sine**2 - h * cosine) / d, e * sine / d  # p . u and u x p
 
-    squeeze = parameters.spring_stiffness * (parameters.spring_free_length - e)
-    link = (2 * tension - squeeze) * d / (2 * height)
+    loads = inertia_loads(parameters, alpha, omega, acc)
+    twist = parameters.joint_friction * omega * (1 + 2 * link_ratio(parameters, alpha)) / d
+    bend = 2 * parameters.joint_friction * omega  # of the middle joint
+    shear = self_stress + module_shear(parameters, alpha, tension, module)
+    push = hoop_force(parameters, alpha, omega, acc, net)
 
-    outer = tension + _ring_push(parameters, alpha, omega, acc, net) * sine
-    inner = outer - link * (c * sine**2 - height * cosine) / d
-    return BarForces(link, outer, inner)
+    mean = _mean_link(parameters, alpha, omega, tension, loads, twist)
+    link: list[Expression] = []
+    outer: list[Expression] = []
+    inner: list[Expression] = []
+    moment: list[Expression] = []
+    for sign, rope in zip((1, -1), module_tension(parameters, alpha, tension, module), strict=True):
+        link.append(mean + sign * b * d / (c * e) * shear)
+        outer.append(rope + push * sine - sign * shear * cosine - _dot(loads.middle, sine, -cosine))
+        of_crank = link[-1] * along - twist * across + _dot(loads.crank, sine, -cosine)
+        inner.append(outer[-1] - of_crank)
+        pressed = push * cosine + sign * shear * sine - _dot(loads.middle, cosine, sine)
+        moment.append((b - c) * pressed + bend)
+    step = slider_pull(parameters, alpha, tension, module) - mean_slider_pull(
+        parameters, alpha, tension
+    )
+    lifted = sum(node[1] for node in loads)  # by the inertia of either half beside the bar
+    vertical = shear_per_pull(parameters, alpha) * step - 2 * lifted
+    pairs = [(left, right) for left, right in (link, outer, inner, moment)]
+    return BarForces(pairs[0], pairs[1], pairs[2], vertical, pairs[3])
 
 
-def _ring_push(
-    parameters: TrussParameters, alpha: Expression, omega: Expression, acc: Expression, net: Net
+def extreme_bar_forces(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    acc: Expression,
+    tension: Expression,
+    net: Net = "by angle",
+) -> dict[str, Expression]:
+    """Forces in links and cross-bars among which is the largest of the ring [N], by name.
+
+    The tension falls along the ring while the shear is least at its ends, so cross-bars carry most
+    there; links do so where the shear is largest or least. The number of forces does not grow with
+    n: 12, or 3 without friction. Each is smooth in the angle but where the net becomes taut.
+    """
+    found: dict[str, Expression] = {}
+    for place, module in extreme_modules(parameters, alpha).items():
+        forces = bar_forces(parameters, alpha, omega, acc, tension, module, net)
+        for kind, pair in zip(KINDS, forces[:3], strict=True):
+            if place == "any":
+                found[kind] = pair[0]
+            elif place != ("first" if kind == "link" else "between"):
+                found |= {f"{side}_{kind}_{place}": pair[k] for k, side in enumerate(SIDES)}
+    return found
+
+
+def largest_bar_force(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    acc: Expression,
+    tension: Expression,
+    net: Net = "by angle",
 ) -> Expression:
-    """N [N], by which neighbours along one face of the ring push each other apart."""
-    n, half = parameters.modules, math.sin(math.pi / parameters.modules)
+    """Largest push or pull in a link or cross-bar of the ring [N]; its slope may jump.
+
+    Of several angles, a row of them, it is the largest.
+    """
+    forces = extreme_bar_forces(parameters, alpha, omega, acc, tension, net)
+    return ca.mmax(ca.fabs(ca.horzcat(*forces.values())))
+
+
+def hoop_force(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    acc: Expression,
+    net: Net = "by angle",
+) -> Expression:
+    """N [N], by which neighbouring modules push each other apart along one face of the ring."""
+    half = math.sin(math.pi / parameters.modules)
     radius = parameters.half_cross_bar / half
     of_net = parameters.net_stiffness * radius * net_stretch(parameters, alpha, net)
-    outward = radius * (ca.cos(alpha) * acc - ca.sin(alpha) * omega**2)
-    return (of_net + total_mass(parameters) / (2 * n) * outward) / (2 * half)
+    return of_net / (2 * half) + inertia_push(parameters, alpha, omega, acc)
+
+
+def _mean_link(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    tension: Expression,
+    loads: InertiaLoads,
+    twist: Expression,
+) -> Expression:
+    """Mean force in the links [N], from the balance of all sliders."""
+    spring = parameters.spring_stiffness * (
+        parameters.spring_free_length - slider_distance(parameters, alpha)
+    )
+    rubbing = -parameters.slider_friction * slider_distance_slope(parameters, alpha) * omega
+    lean = 2 * twist * parameters.crank * ca.sin(alpha) / parameters.link
+    pull = mean_slider_pull(parameters, alpha, tension) - spring - rubbing - lean
+    return parameters.link / (2 * link_height(parameters, alpha)) * (pull + 2 * loads.slider[1])
+
+
+def _dot(force: tuple[Expression, Expression], x: Expression, z: Expression) -> Expression:
+    return force[0] * x + force[1] * z

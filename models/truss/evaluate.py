@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from models.arrays import Array, elementwise
 from models.errors import require
-from models.truss.bar_forces import bar_forces
+from models.truss.bar_forces import largest_bar_force
 from models.truss.dynamics import rope_force
 from models.truss.friction import joint_loss
 from models.truss.inertia import kinetic_energy, linear_momentum, reaction_force
@@ -40,7 +40,7 @@ class TrussMotion:
     rope_length, rope_speed, rope_acceleration : of one rope [m, m/s, m/s^2], (20); the speed is
         dL/dt, negative while the rope is hauled in.
     rope_force, far_end_tension : T1 at the motor and T_4n at the fixed end [N], (38), (29).
-    bar_force : largest compression in a bar at the motor, without shear between modules [N].
+    bar_force : largest push or pull in a link or cross-bar of any module [N].
     motor_power : -2 T1 dL/dt [W], of both ropes.
     joint_power, pulley_power : dissipated [W].
     kinetic_energy, potential_energy : [J], (22), (26).
@@ -134,7 +134,7 @@ def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
         rope_acceleration(parameters, alpha, omega, acc),
         force,
         force * far_end_ratio(parameters, alpha),
-        ca.mmax(ca.vertcat(*bar_forces(parameters, alpha, omega, acc, force, net))),
+        largest_bar_force(parameters, alpha, omega, acc, force, net),
         joint_loss(parameters, alpha, omega),
         kinetic_energy(parameters, alpha, omega),
         potential(parameters, alpha, net),

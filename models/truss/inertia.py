@@ -75,7 +75,7 @@ def kinetic_energy(parameters: TrussParameters, alpha: Expression, omega: Expres
 
 def total_mass(parameters: TrussParameters) -> Expression:
     """M [kg] of bars and joints, under the chosen way of counting."""
-    return parameters.modules * sum(mass for mass, _, _ in _elements(parameters))
+    return parameters.modules * sum(mass for mass, _, _ in module_elements(parameters))
 
 
 def linear_momentum(
@@ -110,7 +110,7 @@ def inertia_coefficients(parameters: TrussParameters) -> InertiaCoefficients:
     # Squared velocities of a rod, per omega^2, by the terms of its nodes: x_sin with the module's
     # own shift goes with cos^2, z_cos with sin^2, z_e with e'^2, their product with sin e'.
     cosine = sine = slide = mixed = 0.0
-    for mass, j, k in _elements(parameters):
+    for mass, j, k in module_elements(parameters):
         u, v = nodes[j], nodes[k]
 
         middle = (u.x_sin + v.x_sin) / 2
@@ -123,7 +123,7 @@ def inertia_coefficients(parameters: TrussParameters) -> InertiaCoefficients:
     return InertiaCoefficients(cosine, sine, slide, mixed)
 
 
-def _elements(parameters: TrussParameters) -> list[tuple[Expression, int, int]]:
+def module_elements(parameters: TrussParameters) -> list[tuple[Expression, int, int]]:
     """(mass, node, node) of each rod and, with twice the same node, of each joint of a module."""
     # Half of what two neighbours share belongs to each; the paper counts it in both.
     share = dict.fromkeys(SHARED, 0.5 if parameters.counting == "once" else 1.0)

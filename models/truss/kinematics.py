@@ -56,12 +56,12 @@ def module_nodes(parameters: TrussParameters) -> dict[int, Node]:
 def link_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
     """Turn of the link per alpha, g = c cos(alpha) / sqrt(d^2 - c^2 sin(alpha)^2)."""
     c = parameters.crank
-    return c * ca.cos(alpha) / _link_height(parameters, alpha)
+    return c * ca.cos(alpha) / link_height(parameters, alpha)
 
 
 def slider_distance(parameters: TrussParameters, alpha: Expression) -> Expression:
     """e(alpha) [m], (16)."""
-    return parameters.crank * ca.cos(alpha) + _link_height(parameters, alpha)
+    return parameters.crank * ca.cos(alpha) + link_height(parameters, alpha)
 
 
 def slider_distance_slope(parameters: TrussParameters, alpha: Expression) -> Expression:
@@ -72,7 +72,7 @@ def slider_distance_slope(parameters: TrussParameters, alpha: Expression) -> Exp
 def slider_distance_curvature(parameters: TrussParameters, alpha: Expression) -> Expression:
     """e''(alpha) [m/rad^2] = -c cos(alpha) (1 + g) + (c sin(alpha))^2 (1 - g^2) / height."""
     c, g = parameters.crank, link_ratio(parameters, alpha)
-    bend = (c * ca.sin(alpha)) ** 2 * (1 - g**2) / _link_height(parameters, alpha)
+    bend = (c * ca.sin(alpha)) ** 2 * (1 - g**2) / link_height(parameters, alpha)
     return bend - c * ca.cos(alpha) * (1 + g)
 
 
@@ -82,7 +82,7 @@ def slider_distance_third(parameters: TrussParameters, alpha: Expression) -> Exp
     The derivative of e'', in which height' = -s g and g' = -s (1 - g^2) / height.
     """
     s, g = parameters.crank * ca.sin(alpha), link_ratio(parameters, alpha)
-    square = (s / _link_height(parameters, alpha)) ** 2
+    square = (s / link_height(parameters, alpha)) ** 2
     return s * (1 + g) + 3 * s * g * (1 - g**2) * (1 + square)
 
 
@@ -184,7 +184,7 @@ def angle_from_rope_length(parameters: TrussParameters, length: ArrayLike) -> Ar
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
-def _link_height(parameters: TrussParameters, alpha: Expression) -> Expression:
+def link_height(parameters: TrussParameters, alpha: Expression) -> Expression:
     """Axial extent of the link, sqrt(d^2 - c^2 sin(alpha)^2) [m]."""
     return ca.sqrt(parameters.link**2 - (parameters.crank * ca.sin(alpha)) ** 2)
 

@@ -44,6 +44,16 @@ def tension_ratios(parameters: TrussParameters, alpha: Expression) -> Expression
     return ca.exp(-mu * ca.vertcat(*wraps))
 
 
+def module_tension(
+    parameters: TrussParameters, alpha: Expression, tension: Expression, module: Expression
+) -> tuple[Expression, Expression]:
+    """Tension along the left and the right half of the cross-bars of a module 1..n [N], (29)."""
+    mu = parameters.pulley_friction
+    first = tension * ca.exp(-4 * mu * (module - 1) * (math.pi - alpha))
+    turns = (math.pi - alpha, 2 * math.pi - 3 * alpha)
+    return first * ca.exp(-mu * turns[0]), first * ca.exp(-mu * turns[1])
+
+
 def far_end_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
     """T_4n / T1, the tension of the last segment, (29)."""
     wrap = 4 * (parameters.modules - 1) * (math.pi - alpha) + 3 * math.pi - 4 * alpha
@@ -130,6 +140,19 @@ def decay_mean(y: Expression) -> Expression:
     large = ca.if_else(small, 1, y)
     half = ca.if_else(small, y, 0) / 2
     return ca.if_else(small, ca.exp(-half) * _sinh_mean(half**2), (1 - ca.exp(-large)) / large)
+
+
+def decay_moment(y: Expression) -> Expression:
+    """(1 - decay_mean(y)) / y, the mean of s exp(-y (1 - s)) over s in [0, 1], for y >= 0.
+
+    As accurate as `decay_mean`, through y = 0: below 1 by its own power series.
+    """
+    small = y < 1
+    large, little = ca.if_else(small, 1, y), ca.if_else(small, y, 0)
+    series: Expression = 1.0
+    for k in range(2 * _SERIES_TERMS, 0, -1):
+        series = 1 - little / (k + 2) * series
+    return ca.if_else(small, series / 2, (1 - decay_mean(large)) / large)
 
 
 def _sinh_mean(square: Expression) -> Expression:

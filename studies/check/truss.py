@@ -32,7 +32,7 @@ from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
 from studies.common.result import Criterion, Result, Series, at_most, outcome
-from studies.truss.checks import broken_caps, cap_of, table_rows, without_shear
+from studies.truss.checks import broken_caps, cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.tolerances import (
@@ -134,7 +134,6 @@ def check_truss(
             *_about(found),
             remark,
             *comparison(table, ranges),
-            *without_shear(study),
         ],
         details={
             "noise": found.recovered.noise._asdict() | {"of": found.source},

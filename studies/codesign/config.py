@@ -51,7 +51,6 @@ class DesignSpace:
     holding_force : least force on each rope that holds the open truss [N].
     stroke : most length that each rope is hauled in [m].
     stowed_height : most height of the stowed truss [m].
-    bar_force : most compression in a bar without pulley friction, at rest at any angle [N].
     starts : designs to start from, the stated one and others drawn from the range.
     seed : of these draws.
 
@@ -73,12 +72,6 @@ class DesignSpace:
     )
     stowed_height: float | None = optional_key(
         positive, "m", "most height of the stowed truss; none: that of the truss"
-    )
-    bar_force: float | None = optional_key(
-        positive,
-        "N",
-        "most compression in a bar without pulley friction, at rest at any angle; none: with "
-        "friction that of the truss",
     )
     starts: int = key(whole(1, 100), "", "designs to start from, the stated one first", default=4)
     seed: int = key(whole(0), "", "of the random designs among the starts", default=1)

@@ -13,8 +13,8 @@ import numpy as np
 
 from models.truss import (
     TrussParameters,
-    bar_forces,
     far_end_ratio,
+    largest_bar_force,
     rope_length,
     slider_distance,
     static_force,
@@ -108,14 +108,6 @@ def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
         "stowed height", "m", "design.stowed_height", height, "most", _room_of_the_sliders
     )
 
-    def bars(t: TrussParameters) -> Any:
-        return _bars_at_rest(with_symbols(t, pulley_friction=0.0))
-
-    if design.bar_force is not None or truss.pulley_friction > 0.0:
-        title = "largest force in a bar without friction"
-        most = stated(design.bar_force, bars)
-        yield Requirement(title, "N", "design.bar_force", most, "most", bars)
-
 
 def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
     """What limits on forces ask of the truss where every motion begins and ends."""
@@ -126,8 +118,7 @@ def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
         return static_force(t, stowed, "slack") * far_end_ratio(t, stowed)
 
     def open_bars(t: TrussParameters) -> Any:
-        forces = bar_forces(t, DEPLOYED, 0.0, 0.0, _holding_force(t), "taut")
-        return ca.mmax(ca.vertcat(*forces))
+        return largest_bar_force(t, DEPLOYED, 0.0, 0.0, _holding_force(t), "taut")
 
     title = "tension of the stowed rope"
     least = caps.least_tension
@@ -158,7 +149,7 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
     left = (1.0 - 2.0 * helped) / (1.0 + CREEP_SLACK)
 
     def rope(t: TrussParameters) -> Any:
-        return left * ca.mmax(ca.vertcat(*(static_force(t, angle, "taut") for angle in _taut(t))))
+        return left * ca.mmax(static_force(t, _taut(t), "taut"))
 
     def bars(t: TrussParameters) -> Any:
         return left * _bars_at_rest(t)
@@ -173,16 +164,14 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
 
 def _bars_at_rest(truss: TrussParameters) -> Any:
     """Largest force in a bar while the truss creeps under its taut net [N]."""
-    forces = (
-        bar_forces(truss, angle, 0.0, 0.0, static_force(truss, angle, "taut"), "taut")
-        for angle in _taut(truss)
-    )
-    return ca.mmax(ca.vertcat(*(one for three in forces for one in three)))
+    angles = _taut(truss)
+    held = static_force(truss, angles, "taut")
+    return largest_bar_force(truss, angles, 0.0, 0.0, held, "taut")
 
 
-def _taut(truss: TrussParameters) -> Array:
-    """Angles at which the net is taut [rad]; no design changes them."""
-    return np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)
+def _taut(truss: TrussParameters) -> ca.DM:
+    """Angles at which the net is taut [rad], in a row; no design changes them."""
+    return ca.DM(np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)).T
 
 
 def _holding_force(truss: TrussParameters) -> Any:

@@ -23,7 +23,7 @@ from studies.common.console import Console, at_work, silent
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.common.stops import kept
-from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated, without_shear
+from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.bounds import lower_bounds
@@ -149,12 +149,9 @@ def _without_force_caps(study: TrussStudy) -> TrussStudy:
 
 
 def _with_bars(study: CodesignStudy, stated: BestMotion) -> CodesignStudy:
-    """The study with a cap on the bars: as stated, or what the stated design needs of them.
-
-    With friction their force is not known, and a requirement of the design stands for the cap.
-    """
+    """The study with a cap on the bars: as stated, or what the stated design needs of them."""
     deployment = study.deployment
-    if deployment.caps.bar_force is not None or deployment.truss.pulley_friction > 0.0:
+    if deployment.caps.bar_force is not None:
         return study
     caps = dataclasses.replace(
         deployment.caps, bar_force=stated.deployment.values["peak-bar-force"]
@@ -184,7 +181,7 @@ def _result(made: Codesign) -> Result:
             *made.found.second,
         ),
         costs_elsewhere=costs_elsewhere(table),
-        remarks=(*_remarks(made), *tolerated(better, best), *_of_the_bars(better)),
+        remarks=(*_remarks(made), *tolerated(better, best)),
         details={
             "study": truss_dictionary(better),
             "design": dict(made.found.design),
@@ -270,18 +267,6 @@ def _verdict(made: Codesign) -> Verdict:
         "local",
         f"local: best of {solved} starts; {optima} optim{'um' if optima == 1 else 'a'} found: "
         f"{listed}",
-    )
-
-
-def _of_the_bars(study: TrussStudy) -> tuple[str, ...]:
-    """With friction, which force in the bars the design keeps."""
-    sentences = without_shear(study)
-    if not sentences:
-        return ()
-    return (
-        *sentences,
-        "Both designs are held to the largest force in a bar without friction, at rest at each "
-        "angle: design.bar_force, by default that of the stated design.",
     )
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from models.truss import TrussParameters, bar_forces
+from models.truss import TrussParameters, extreme_bar_forces
 from ocp.arrays import Array
 from studies.common.console import above
 from studies.drive.playback import (
@@ -139,7 +139,8 @@ def _values(
 def _bar_kernel(truss: TrussParameters) -> ca.Function:
     """Angle, speed, acceleration and rope force to the forces in the bars."""
     symbols = [ca.SX.sym(name) for name in ("alpha", "omega", "acc", "force")]
-    return ca.Function("bars", symbols, [ca.vertcat(*bar_forces(truss, *symbols))], {"cse": True})
+    forces = ca.vertcat(*extreme_bar_forces(truss, *symbols).values())
+    return ca.Function("bars", symbols, [ca.fabs(forces)], {"cse": True})
 
 
 def _greatest(kernel: ca.Function, rows: tuple[Array, ...]) -> float:

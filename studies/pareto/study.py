@@ -28,7 +28,6 @@ from studies.pareto.motions import motion_series
 from studies.pareto.truss import TrussFront
 from studies.pareto.verdict import checks_of_points, front_verdict
 from studies.pareto.words import dominated_law, front_in_words
-from studies.truss.checks import without_shear
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
 
@@ -187,7 +186,6 @@ def _result(
                 for law in laws
             ),
             *walked.remarks,
-            *without_shear(subject.truss),
         ),
         details={
             **front_details(front, *axes),

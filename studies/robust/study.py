@@ -24,7 +24,7 @@ from studies.robust.config import NOMINAL, RobustTrussStudy, as_dictionary
 from studies.robust.ranges import WorstTruss, extremes
 from studies.robust.replay import Replay, drawn, replay
 from studies.robust.search import RobustLaw, bounds, check, named, search
-from studies.truss.checks import criteria, engine_criterion, table_rows, without_shear
+from studies.truss.checks import criteria, engine_criterion, table_rows
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.tolerances import CAPS, TENSION
 from studies.truss.motions.deployment import Deployment, how_to_read
@@ -165,7 +165,7 @@ def _result(found: _Found) -> Result:
             engine_criterion(found.robust.solution),
             *found.robust.second,
         ),
-        remarks=(*_remarks(found, bound), *without_shear(study.deployment)),
+        remarks=tuple(_remarks(found, bound)),
         details=_details(found),
         provenance=provenance(),
     )

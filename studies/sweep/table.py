@@ -21,7 +21,6 @@ from studies.sweep.cases.plan import Plan
 from studies.sweep.cases.store import CaseStore, DamagedCase
 from studies.sweep.config import as_dictionary
 from studies.sweep.subjects import SUBJECTS
-from studies.truss.checks import SHEAR_IS_MISSING, WITHOUT_SHEAR
 
 ANSWERED = ("solved", "infeasible", "refused")  # what a case may end with and be an answer
 FILE = "cases.csv"
@@ -75,8 +74,6 @@ def tabulate(plan: Plan, store: CaseStore) -> CaseTable:
         for name, value in record.get("values", {}).items():
             if name not in table.quantities:
                 table.quantities[name] = np.full(count, np.nan)
-                table.titles[name] = tuple(record["titles"][name])
-            if record["titles"][name][0].endswith(WITHOUT_SHEAR):  # of one case, said of all
                 table.titles[name] = tuple(record["titles"][name])
             # an answer that failed a check is told by its status, and is no value
             if record["status"] == "solved":
@@ -164,7 +161,6 @@ def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[st
             *remarks,
             *of_indices,
             *_not_shown(plan, table),
-            *_without_shear(table),
             *_failures(table),
         ),
         details={
@@ -179,12 +175,6 @@ def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[st
         provenance=provenance(),
         interrupted=interrupted,
     )
-
-
-def _without_shear(table: CaseTable) -> tuple[str, ...]:
-    """With friction in any case, a sentence on the forces in the bars."""
-    lacking = any(title.endswith(WITHOUT_SHEAR) for title, _ in table.titles.values())
-    return (SHEAR_IS_MISSING,) if lacking else ()
 
 
 def _indices(plan: Plan, table: CaseTable) -> tuple[dict[str, Any], tuple[str, ...]]:

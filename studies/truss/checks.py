@@ -40,11 +40,6 @@ _ORDER = (
 )
 ROWS = tuple(dict.fromkeys((*_ORDER, *QUANTITIES)))
 
-WITHOUT_SHEAR = " without shear"  # behind the title of the force in a bar, with pulley friction
-SHEAR_IS_MISSING = (
-    "The largest force in a bar is without shear: links and bars may carry up to four times this."
-)
-
 
 def table_rows(
     study: TrussStudy, laws: Sequence[Deployment], bounds: Mapping[str, float]
@@ -56,7 +51,7 @@ def table_rows(
     rows = [
         TableRow(
             key=key,
-            title=_title(study, key),
+            title=QUANTITIES[key].title,
             unit=QUANTITIES[key].unit,
             values={deployment.name: deployment.values[key] for deployment in laws},
             cap=cap_of(study, key),
@@ -69,19 +64,6 @@ def table_rows(
         if key in laws[0].values
     ]
     return (*_weighted_sums(study, laws), *rows)
-
-
-def _title(study: TrussStudy, key: str) -> str:
-    """Title of a row; with friction the bars' one names the part that is not modelled."""
-    shear = key == "peak-bar-force" and study.truss.pulley_friction > 0.0
-    return f"{QUANTITIES[key].title}{WITHOUT_SHEAR if shear else ''}"
-
-
-def without_shear(study: TrussStudy) -> tuple[str, ...]:
-    """With friction, a sentence on the force in the bars that the table shows."""
-    if study.truss.pulley_friction == 0.0:
-        return ()
-    return (SHEAR_IS_MISSING,)
 
 
 def _weighted_sums(study: TrussStudy, laws: Sequence[Deployment]) -> list[TableRow]:

@@ -237,8 +237,7 @@ class TrussStudy:
                 f"{self.fixed_duration:g} s; give --duration LOW..HIGH or duration = [low, high]"
             )
 
-        friction = self.truss.pulley_friction
-        check_stated(self.caps, self.objectives, self.drive, self.margin, friction)
+        check_stated(self.caps, self.objectives, self.drive, self.margin)
         if self.margin is not None:
             self.margin.load_cases(self.truss)  # said before any work
 

@@ -5,15 +5,18 @@ Objectives take their peaks, and caps bound them. None of them grows with the nu
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+import casadi as ca
 
 from models.truss import (
     Net,
     TrussParameters,
     angular_acceleration,
-    bar_forces,
+    extreme_bar_forces,
     far_end_ratio,
     force_coefficients,
     reaction_force,
@@ -32,7 +35,13 @@ if TYPE_CHECKING:
 
 # whose greatest modulus counts; all others are never negative in a deployment, or may be
 OF_BOTH_SIGNS = frozenset(
-    ("peak-acceleration", "peak-rope-acceleration", "peak-rope-jerk", "peak-reaction")
+    (
+        "peak-acceleration",
+        "peak-rope-acceleration",
+        "peak-rope-jerk",
+        "peak-reaction",
+        "peak-bar-force",
+    )
 )
 
 
@@ -139,7 +148,8 @@ def expressions(
         found["peak-force"] = forces
         found["least-tension"] = found["peak-far-end-tension"] = tensions
 
-    found["peak-bar-force"] = bar_forces(truss, alpha, omega, acceleration, force, net)
+    bars = extreme_bar_forces(truss, alpha, omega, acceleration, force, net)
+    found["peak-bar-force"] = namedtuple("Bars", bars)(*ca.cse(list(bars.values())))
 
     if signals.jerk is not None:
         jerk = rope_jerk(truss, alpha, omega, acceleration, signals.jerk.symbol)

@@ -20,7 +20,6 @@ from studies.truss.checks import (
     engine_criterion,
     table_rows,
     tolerated,
-    without_shear,
 )
 from studies.truss.config import TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
@@ -110,7 +109,6 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
             *margins.sentences,
             *best.remarks,
             *tolerated(study, best.deployment),
-            *without_shear(study),
             *remarks,
             *_at_the_shortest(study, duration),
             *peaks,

@@ -15,7 +15,6 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.drive import Drive
-from studies.truss.checks import table_rows, without_shear
 from studies.truss.config import SolverOptions, TrussStudy, as_dictionary, study_from
 from studies.truss.limits.bounds import least_time_of_the_mechanism, lower_bounds
 from studies.truss.limits.caps import CAPPED, Caps, without_cap
@@ -216,10 +215,18 @@ def test_a_cap_above_the_least_found_is_searched_to_the_end(
     assert values["peak-rope-speed"] == pytest.approx(2.0, rel=1e-5)
 
 
-def test_bars_are_named_in_bounds() -> None:
-    statement = Search(stated(bar_force=60.0), Console())._stated("bezier")
+@pytest.mark.parametrize(
+    ("friction", "bars"),
+    [
+        (0.0, {"link", "outer cross bar", "inner cross bar"}),
+        (0.01, {"left link last", "right outer cross bar first", "left link between"}),
+    ],
+)
+def test_bars_are_named_in_bounds(friction: float, bars: set[str]) -> None:
+    study = stated(bar_force=60.0)
+    truss = dataclasses.replace(study.truss, pulley_friction=friction)
+    statement = Search(dataclasses.replace(study, truss=truss), Console())._stated("bezier")
     names = {bound.name for phase in statement.phases for bound in phase.bounds}
-    bars = {"link", "outer cross bar", "inner cross bar"}
     assert {f"largest force in a bar ({bar})" for bar in bars} <= names
 
 
@@ -243,30 +250,6 @@ def test_where_the_truss_begins_and_ends_does_not_give_way(
         for state in ("angle", "speed", "acceleration")
         for end in ("initial", "final")
     }
-
-
-@pytest.mark.parametrize(
-    ("raw", "named"),
-    [
-        ({"minimise": "peak-bar-force"}, "the objective peak-bar-force"),
-        ({"minimise": "peak-force", "caps": {"bar_force": 60.0}}, "caps.bar_force"),
-    ],
-)
-def test_the_force_in_a_bar_is_refused_with_friction(raw: dict[str, Any], named: str) -> None:
-    with_friction = {**raw, "duration": 60.0, "truss": {"pulley_friction": 0.01}}
-    with pytest.raises(StudyError, match=rf"^{named} needs truss\.pulley_friction = 0") as refused:
-        study_from(with_friction)
-    assert "up to four times" in str(refused.value)
-    study_from({**with_friction, "truss": {}})
-
-
-def test_with_friction_the_table_says_that_shear_is_left_out() -> None:
-    for friction, title in ((0.0, "largest force in a bar"), (0.01, " without shear")):
-        raw = {"minimise": "peak-force", "duration": T, "truss": {"pulley_friction": friction}}
-        study = study_from(raw)
-        rows = table_rows(study, paper_laws(study.truss, T), {})
-        assert next(row.title for row in rows if row.key == "peak-bar-force").endswith(title)
-        assert bool(without_shear(study)) == (friction > 0.0)
 
 
 @pytest.mark.parametrize("others", [None, 0.3])

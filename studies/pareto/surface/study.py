@@ -30,7 +30,6 @@ from studies.pareto.surface.words import (
     surface_verdict,
 )
 from studies.pareto.verdict import checks_of_points
-from studies.truss.checks import without_shear
 from studies.truss.motions.deployment import Deployment
 
 
@@ -85,7 +84,6 @@ def _result(sliced: TrussSurface, stack: Stack, whole: bool) -> Result:
                 for law in laws
             ),
             *stack.remarks,
-            *without_shear(sliced.alone.truss),
         ),
         details={
             **surface_details(stack, axes),

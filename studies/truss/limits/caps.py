@@ -65,7 +65,7 @@ class Caps:
     reaction : on the supporting arm [N].
     least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
     far_end_tension : of the rope's last segment, at its fixed end [N].
-    bar_force : compression in any bar, by statics and without pulley friction [N].
+    bar_force : push or pull in any link or cross-bar [N].
     factored_force : of the motor on each rope, with the margins that are asked for [N].
 
     Raises
@@ -107,7 +107,7 @@ class Caps:
         positive, "N", "most tension of the rope's last segment, at its fixed end"
     )
     bar_force: float | None = optional_key(
-        positive, "N", "most compression in a link or cross-bar; without pulley friction only"
+        positive, "N", "most push or pull in a link or cross-bar"
     )
     factored_force: float | None = optional_key(
         positive, "N", "most force that the motor must be able to pull for the margins; needs them"
@@ -178,14 +178,8 @@ def check_stated(
     objectives: Iterable[str],
     drive: Drive | None,
     margin: MarginRequirements | None,
-    friction: float,
 ) -> None:
-    """Refuse what needs a drive or margins that are not stated, or what friction leaves unknown.
-
-    Parameters
-    ----------
-    friction : float
-        Between ropes and pulleys [-].
+    """Refuse what needs a drive or margins that are not stated.
 
     Raises
     ------
@@ -198,13 +192,6 @@ def check_stated(
         for quantity, name in CAPPED.items()
         if getattr(caps, name) is not None
     }
-    if friction > 0.0 and "peak-bar-force" in asked:
-        raise StudyError(
-            f"{asked['peak-bar-force']} needs truss.pulley_friction = 0, but it is {friction:g}: "
-            "with friction the modules shear each other, and links and bars may carry up to four "
-            "times the force that is modelled; set --friction 0, or leave that force out"
-        )
-
     for quantity, words in asked.items():
         needed = QUANTITIES[quantity].needs
         if needed == "margin":

@@ -4,7 +4,6 @@ import csv
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,11 +15,8 @@ from studies.common.configuration import toml_text
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result, Series, Verdict
 from studies.report import words
-from studies.sweep.cases.plan import plan
-from studies.sweep.config import study_from
 from studies.sweep.figures import draw, shown
 from studies.sweep.indices import saltelli_points, sobol_indices
-from studies.sweep.table import result_of, tabulate
 from studies.truss import TrussStudy, run
 from studies.truss.config import DEPLOYED
 from studies.truss.motions.laws import law_of_result
@@ -253,26 +249,3 @@ def test_a_tornado_without_its_middle_says_so() -> None:
     (panel,) = figure.axes
     assert "the study as it is stated has no solution" in panel.texts[0].get_text()
     assert not panel.patches
-
-
-@pytest.mark.parametrize("frictions", [[0.0, 0.01], [0.0]])
-def test_with_friction_in_any_case_a_sweep_says_that_shear_is_left_out(frictions) -> None:
-    """Its titles are those of the cases, of which the first has no friction."""
-    base = {"minimise": "peak-acceleration", "caps": {"jerk": "bezier"}}
-    cases = plan(study_from({"base": base, "parameters": {"truss.pulley_friction": frictions}}))
-    records = {
-        case.key: {
-            "status": "solved",
-            "verdict": "global",
-            "values": {"peak-bar-force": 54.0 + mu},
-            "titles": {
-                "peak-bar-force": [f"largest force in a bar{' without shear' if mu else ''}", "N"]
-            },
-        }
-        for case, mu in zip(cases.cases, frictions, strict=True)
-    }
-    store = SimpleNamespace(keys=lambda: set(records), read=records.__getitem__)
-    result = result_of(cases, tabulate(cases, store), False, ())
-    (row,) = result.table
-    assert row.title.endswith("without shear") == any(frictions)
-    assert any("up to four times this" in said for said in result.remarks) == any(frictions)
