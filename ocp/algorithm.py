@@ -449,7 +449,7 @@ def _unverified(meshes: MeshSolver, solution: Solution) -> Unverified:
     reasons = "; ".join(solution.verification.reasons)
     return Unverified(
         f"the answer for '{meshes.problem.name}' did not pass its verification: {reasons}; "
-        f"{remedy_for_kinks(meshes.problem)}loosen the tolerance named, allow more rounds or "
-        "intervals, or look at the unverified answer in error.iterate",
+        f"{remedy_for_kinks(meshes.problem)}loosen the tolerance named, allow more mesh "
+        "iterations or intervals, or look at the unverified answer in error.iterate",
         solution,
     )

@@ -56,7 +56,7 @@ class NumericalTrouble(SolveFailed):
 
 
 class BudgetSpent(IterationLimit):
-    """The budget of all rounds ran out before any round was good enough to return.
+    """The budget ran out before any mesh iteration was accurate enough to return.
 
     Attributes
     ----------

@@ -50,8 +50,8 @@ from ocp.transcription.transcribe import Transcription
 # Of a signal's range, that merging intervals may cost: what it spoils is refined again at once.
 _MERGED = 5e-4
 
-# Times that the limits of all widths are set anew for one member. Each time an interval may grow by
-# a half: what takes more is far from its neighbour.
+# Times that the limits of all widths are set again for one member. Each time an interval may grow
+# by a half: what takes more is far from its neighbour.
 _RENEWALS = 4
 
 # How a mesh that was merged is refined again
@@ -340,7 +340,7 @@ class _Walk:
                 if base.settings.refinement.adapts and not found.alone and self._loses(found):
                     return self._alone(meshes, found.trajectory, self._first_mesh())
                 return replace(found, iterations=iterations)
-            # the limits of all widths are set anew, from where the breakpoints are
+            # the limits of all widths are set again, from where the breakpoints are
             mesh = moving_mesh(found.iterate, base.evaluator, _MERGED)
             program = meshes.first_program(found.iterate, mesh)
             found = self._solved(meshes, program, found.iterate)

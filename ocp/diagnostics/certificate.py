@@ -138,7 +138,7 @@ def certify(
     *,
     diagnostics: Sequence[Diagnostic] = STANDARD,
 ) -> Certificate:
-    """Check a solution anew.
+    """Check a solution again.
 
     Parameters
     ----------

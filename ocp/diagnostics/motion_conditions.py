@@ -39,7 +39,7 @@ def motion_conditions(answer: Evidence) -> Iterator[Finding]:
     yield Finding("replay", replay.simulated.miss, allowed.replay, words)
     yield from _replayed_values(iterate, verification, allowed)
     yield Finding(
-        "worth of the excess",
+        "effect of the excess",
         worth_of_excess(iterate, between_points.excess),
         allowed.objective,
         "the excess of path constraints, bounds and peaks between the points, times their "

@@ -42,8 +42,8 @@ def program_conditions(answer: Evidence) -> Iterator[Finding]:
         "the largest violation of a row or bound of the program, scaled",
     )
     yield Finding(
-        "worth of the residuals",
-        _worth_of_residuals(iterate, multipliers),
+        "effect of the residuals",
+        _effect_of_residuals(iterate, multipliers),
         allowed.objective,
         "what all rows and bounds are off by, times their multipliers: what that changes of the "
         "objective, to first order",
@@ -81,8 +81,8 @@ def program_conditions(answer: Evidence) -> Iterator[Finding]:
     yield from _peak_conditions(answer, allowed)
 
 
-def _worth_of_residuals(iterate: Iterate, multipliers: Array) -> float:
-    """What violations of the program are worth by their multipliers, of the objective.
+def _effect_of_residuals(iterate: Iterate, multipliers: Array) -> float:
+    """What violations of the program change of the objective, to first order, relative.
 
     A square that is to be zero is met to the tolerance where its root is far from zero, and has a
     multiplier that is as large.
@@ -90,8 +90,8 @@ def _worth_of_residuals(iterate: Iterate, multipliers: Array) -> float:
     values = np.concatenate([iterate.rows, iterate.x])
     lower, upper = np.hstack([iterate.limits.rows, iterate.limits.columns])
     beyond = values - np.clip(values, lower, upper)
-    worth = abs(float(multipliers @ beyond)) * iterate.scales.objective
-    return worth / iterate.objective_size
+    effect = abs(float(multipliers @ beyond)) * iterate.scales.objective
+    return effect / iterate.objective_size
 
 
 def _shown_difference(shown: Multipliers, program: Multipliers) -> float:

@@ -54,7 +54,7 @@ _OF_A_SCALE = 1e-3
 _LEAST_SECONDS = 60.0
 
 # What rows of the program may be off by if a run is cut short, relative to its largest unknown, and
-# what it gains of the objective if that runs away: more than rows can be worth that are off so far
+# what it gains of the objective if that runs away: more than rows can change that are off so far
 _FEASIBLE = 1e-6
 _AWAY = 1e3
 

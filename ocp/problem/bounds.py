@@ -50,7 +50,7 @@ class Bound:
         from the guess, and an excess is a part of the largest value on the motion.
     of_cost : bool
         Whether it only holds a cost above what it stands for, as a reformulation may state it: no
-        limit of the motion is exceeded with it, and an excess is worth what the cost is less by.
+        limit of the motion is exceeded with it, and an excess changes the cost alone.
 
     Attributes
     ----------

@@ -145,7 +145,7 @@ def _unlinked(problem: Problem, first: Phase, second: Phase) -> tuple[str, str]:
 
     They are linked where anything of the problem is a value at the start of the second phase, be it
     in a jump, in a price or in a bound with an unknown that stands between the two. A state with an
-    initial value, or a range of them, is known to begin anew.
+    initial value, or a range of them, is known to start again.
     """
     shared = [s for s in second.states if s in first.dynamics and s not in second.initial]
     if not shared or any(_is_at_start(f, second, shared) for f in problem.functionals):

@@ -1,6 +1,6 @@
 """Independent simulation: the controls of a solution drive the stated dynamics again.
 
-It starts at the initial state. Its steps begin anew at the breakpoints, where the controls may
+It starts at the initial state. Its steps start again at the breakpoints, where the controls may
 jump. It uses the integrator of `ocp.numerics.extrapolation`, where that does not hold with short
 steps the one of `ocp.numerics.stiff_integrator`, and its own compiled copy of the dynamics,
 unscaled and straight from the statement.

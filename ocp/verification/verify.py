@@ -20,7 +20,7 @@ costs with kinks        10 ``replay``       of the objective: a control that sta
                                             modulus may be below it between the points
 bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
                                             as the objective
-worth of the excess     1e-2                of the objective, by the limits' multipliers: what
+effect of the excess    1e-2                of the objective, by the limits' multipliers: what
                                             is exceeded by a small part of its size may be most
                                             of what the objective pays for
 ======================  ==================  ==================================================
@@ -53,8 +53,9 @@ NOT_CONFIRMED = "not confirmed (ocp.certify)"
 # the way to its end.
 _SLACK = 10.0
 
-# Of the objective: what limits may be exceeded by in worth. Above it the answer is of another kind.
-_WORTH = 1e-2
+# Of the objective: what violations of limits may change it by. Above it the answer is of another
+# kind.
+_EFFECT = 1e-2
 
 # Part of a peak that the motion may stay below it, where something else makes the difference
 _LOOSE = 1e-3
@@ -166,7 +167,7 @@ def verify(
         dict(boundary_excesses(iterate, replay.solved, evaluator, dense)),
         accuracy,
         size=iterate.objective_size,
-        worth=worth_of_excess(iterate, errors.excess),
+        effect=worth_of_excess(iterate, errors.excess),
         of_kinks=abs(objective - as_solved) / size,
     )
     compared = list(of_motion)
@@ -232,7 +233,7 @@ def _compared(
     accuracy: Accuracy,
     *,
     size: float,
-    worth: float,
+    effect: float,
     of_kinks: float,
 ) -> Iterator[_Compared]:
     """All that is compared, see the table of this module.
@@ -244,8 +245,8 @@ def _compared(
         links, by name.
     size : float
         Of the objective.
-    worth, of_kinks : float
-        What the excess between the points is worth, of the objective, and by how much of it its
+    effect, of_kinks : float
+        Of the excess between the points on the objective, relative, and by how much of it its
         costs are too small there, see `_stated_integrals`.
     """
     yield _Compared(
@@ -263,8 +264,8 @@ def _compared(
         "the dynamics, an integral or an equation is off by {} between the points",
     )
     yield _Compared(
-        worth,
-        _WORTH,
+        effect,
+        _EFFECT,
         "what limits are exceeded by between the points gains {} of the objective: state the limit "
         "that matters as a Bound with scale=, the size of what may not be exceeded",
     )

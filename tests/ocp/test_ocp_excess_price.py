@@ -43,11 +43,11 @@ def test_the_worth_is_what_the_effort_changes_with_the_floor() -> None:
     """The effort is as one over the height, so that their changes are the same parts."""
     found, checks = on_a_fixed_mesh(0.1, 2.0, 10)
     deepest = -found.sample(found.problem.phases[0].states[0], np.linspace(0, 2, 20_001)).min()
-    assert checks["worth of the excess"].value == pytest.approx(deepest / 0.1 - 1, rel=0.1)
+    assert checks["effect of the excess"].value == pytest.approx(deepest / 0.1 - 1, rel=0.1)
 
 
 def test_a_small_excess_of_much_worth_is_not_certified() -> None:
     _, checks = on_a_fixed_mesh(1e-2, 10.0, 40)
     assert checks["path constraints"].value < 1e-5
-    assert checks["worth of the excess"].value > 1e-3
-    assert not checks["worth of the excess"].passed
+    assert checks["effect of the excess"].value > 1e-3
+    assert not checks["effect of the excess"].passed
