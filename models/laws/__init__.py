@@ -7,7 +7,7 @@
 """
 
 from models.laws.bezier import PAPER_POINTS, Bezier, paper_points
-from models.laws.bounds import least_jerk_cap, least_peak_acceleration
+from models.laws.bounds import least_jerk_cap, least_peak_acceleration, least_speed_cap
 from models.laws.hermite import Hermite
 from models.laws.jerk_limited import JerkLimited
 from models.laws.motion import AngularMotion, DerivedLaw, Law, Peaks, peaks
@@ -35,6 +35,7 @@ __all__ = [
     "constant_jerk",
     "least_jerk_cap",
     "least_peak_acceleration",
+    "least_speed_cap",
     "linear_jerk",
     "paper_points",
     "peaks",

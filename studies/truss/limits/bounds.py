@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from models.errors import ModelError
 from models.laws import least_jerk_cap, least_peak_acceleration
 from models.truss import (
     TrussParameters,
@@ -141,9 +142,11 @@ def lower_bounds(
     work, travel = least_work(study, duration), rope_travel(study.truss)
 
     bounds = {
-        "peak-acceleration": least_peak_acceleration(study.stroke, duration, jerk=caps.jerk),
+        "peak-acceleration": _least_acceleration(study.stroke, duration, caps.jerk, caps.speed),
         "peak-rope-speed": travel / duration,
-        "peak-rope-acceleration": _least_rope_acceleration(study, duration),
+        "peak-rope-acceleration": _least_acceleration(
+            travel, duration, caps.rope_jerk, caps.rope_speed
+        ),
         "peak-reaction": least_peak_reaction(study.truss, duration),
         "peak-speed": study.stroke / duration,
         "peak-power": work / duration,
@@ -188,12 +191,14 @@ def _least_need(
     return max([least, *((1 + margin.required[1]) * max(forces) / c.derating.whole for c in cases)])
 
 
-def _least_rope_acceleration(study: TrussStudy, duration: float) -> float:
-    """4 L/T^2 [m/s^2], or more under a jerk cap that leaves a motion at all."""
-    travel, jerk = rope_travel(study.truss), study.caps.rope_jerk
-    if jerk is not None and jerk < least_jerk_cap(travel, duration):
-        jerk = None
-    return least_peak_acceleration(travel, duration, jerk=jerk)
+def _least_acceleration(
+    stroke: float, duration: float, jerk: float | None, speed: float | None
+) -> float:
+    """Least peak acceleration under these caps, or without them if they leave no motion."""
+    try:
+        return least_peak_acceleration(stroke, duration, jerk=jerk, speed=speed)
+    except ModelError:
+        return least_peak_acceleration(stroke, duration)
 
 
 def keeps_the_caps(study: TrussStudy, motion: FastestMotion) -> bool:

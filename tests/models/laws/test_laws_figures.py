@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import linprog
 
 from models import laws
+from models.errors import ModelError
 from models.laws.bezier import bernstein_curve, derivative_points
 
 DURATION = 140.0  # [s]
@@ -104,3 +105,57 @@ def test_jerk_limited_closed_form_and_limits():
     law = laws.JerkLimited(DURATION, STOWED, OPEN, least)
     assert law.breakpoints == (DURATION / 4, 3 * DURATION / 4)  # triangles, nothing held
     assert law.motion(DURATION).angle[0] == pytest.approx(OPEN, abs=1e-14)
+
+
+def least_by_linear_program(speed: float, jerk: float, pieces: int = 240) -> float:
+    """Least peak acceleration of a stroke of 1 in a time of 1 with constant jerk in each piece.
+
+    The signals at the ends of the pieces are linear in the jerks; the last variable is the peak.
+    """
+    step = 1.0 / pieces
+    place = np.arange(1, pieces + 1)[:, None] - np.arange(pieces)  # of each end after each piece
+    after = np.maximum(place, 0)
+    acceleration = step * (after > 0)
+    rate = step**2 * np.where(after > 0, after - 0.5, 0.0)
+    way = step**3 * np.where(after > 0, (after**2 - after) / 2 + 1 / 6, 0.0)
+
+    peak, none = -np.ones((pieces, 1)), np.zeros((pieces, 1))
+    found = linprog(
+        np.eye(pieces + 1)[-1],
+        A_ub=np.vstack(
+            [np.hstack([sign * acceleration, peak]) for sign in (1, -1)] + [np.hstack([rate, none])]
+        ),
+        b_ub=np.concatenate([np.zeros(2 * pieces), np.full(pieces, speed)]),
+        A_eq=np.hstack([[acceleration[-1], rate[-1], way[-1]], np.zeros((3, 1))]),
+        b_eq=[0.0, 0.0, 1.0],
+        bounds=[(-jerk, jerk)] * pieces + [(0, None)],
+    )
+    assert found.success
+    return float(found.fun)
+
+
+@pytest.mark.parametrize("jerk", [40.0, 80.0, 400.0])
+def test_least_peak_acceleration_under_a_speed_cap_is_that_of_a_linear_program(jerk):
+    least = laws.least_speed_cap(1.0, 1.0, jerk)
+    assert 1.0 < least < 2.0
+    for speed in [*np.linspace(1.01 * least, 2.0, 6), 2.5]:
+        found = laws.least_peak_acceleration(1.0, 1.0, jerk=jerk, speed=speed)
+        # the program can switch only between its pieces
+        assert least_by_linear_program(speed, jerk) == pytest.approx(found, rel=5e-3)
+
+
+def test_caps_on_speed_that_act_not_at_all_or_leave_no_motion():
+    free = laws.least_peak_acceleration(3.0, 2.0, jerk=50.0)
+    assert laws.least_peak_acceleration(3.0, 2.0, jerk=50.0, speed=3.0) == free  # 2 D/T
+    assert laws.least_peak_acceleration(3.0, 2.0, speed=3.0) == laws.least_peak_acceleration(
+        3.0, 2.0
+    )
+    # as both ramps take W = T - D/v without a jerk cap
+    assert laws.least_peak_acceleration(3.0, 2.0, speed=2.0) == pytest.approx(2.0 / 0.5)
+    least = laws.least_speed_cap(3.0, 2.0, 50.0)
+    attained = laws.least_peak_acceleration(3.0, 2.0, jerk=50.0, speed=least)
+    assert attained == pytest.approx(math.sqrt(least * 50.0), rel=1e-6)  # triangles
+    with pytest.raises(ModelError, match=f"raise it to at least {least}"):
+        laws.least_peak_acceleration(3.0, 2.0, jerk=50.0, speed=0.99 * least)
+    with pytest.raises(ModelError, match=r"raise it to more than 1\.5"):
+        laws.least_peak_acceleration(3.0, 2.0, speed=1.5)
