@@ -11,7 +11,7 @@ Half a cross-bar turns about its bar end, its link about the slider:
 The balances of a slider, of half a cross-bar along itself, and of a vertical bar give, at rest,
 
     link            F = d (mean t - S) / (2 h) +- b d V / (c e)
-    outer part      P = T + N sin -+ V cos               of a cross-bar, from crank to middle joint
+    outer part      P = T + N sin -+ V cos               of a cross-bar, outside of its crank
     inner part      P - F (p . u)                        from bar end to crank
     vertical bar    V_{m+1} - V_m                        at its middle, behind module m
     moment          (b - c) (N cos +- V sin)             in a cross-bar at its crank
@@ -107,7 +107,8 @@ def bar_forces(
     moment: list[Expression] = []
     for sign, rope in zip((1, -1), module_tension(parameters, alpha, tension, module), strict=True):
         link.append(mean + sign * b * d / (c * e) * shear)
-        outer.append(rope + push * sine - sign * shear * cosine - _dot(loads.middle, sine, -cosine))
+        of_ends = _dot(loads.middle, sine, -cosine) + _dot(loads.outer, sine, -cosine)
+        outer.append(rope + push * sine - sign * shear * cosine - of_ends)
         of_crank = link[-1] * along - twist * across + _dot(loads.crank, sine, -cosine)
         inner.append(outer[-1] - of_crank)
         pressed = push * cosine + sign * shear * sine - _dot(loads.middle, cosine, sine)
@@ -115,7 +116,7 @@ def bar_forces(
     step = slider_pull(parameters, alpha, tension, module) - mean_slider_pull(
         parameters, alpha, tension
     )
-    lifted = sum(node[1] for node in loads)  # by the inertia of either half beside the bar
+    lifted = sum(load[1] for load in loads)  # by the inertia of either half beside the bar
     vertical = shear_per_pull(parameters, alpha) * step - 2 * lifted
     pairs = [(left, right) for left, right in (link, outer, inner, moment)]
     return BarForces(pairs[0], pairs[1], pairs[2], vertical, pairs[3])

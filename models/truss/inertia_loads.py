@@ -14,6 +14,7 @@ mass and radius of the ring. A prime is a derivative by alpha.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import casadi as ca
@@ -27,41 +28,64 @@ from models.truss.kinematics import (
 )
 from models.truss.parameters import TrussParameters
 
-_BAR_END, _MIDDLE, _CRANK, _SLIDER = 1, 6, 7, 8  # nodes of that half
 _LEFT = (1, 2, 3, 6, 7, 8, 9, 10)  # nodes of the left halves of both faces
+# each part of the left half of the upper face: its two nodes, and whose load its forces there are
+_PARTS = {
+    (1, 7): ("bar_end", "inner"),
+    (7, 6): ("outer", "middle"),
+    (7, 8): ("crank", "slider"),
+    (6, 6): ("middle", "middle"),
+    (7, 7): ("crank", "crank"),
+    (8, 8): ("slider", "slider"),
+}
+
+Force = tuple[Expression, Expression]  # (x, z) [N]
 
 
 class InertiaLoads(NamedTuple):
-    """Inertia forces of half a module [N], (x, z) each; half of its middle joint is its own."""
+    """Inertia forces of half a module [N]; half of its middle joint is its own.
 
-    middle: tuple[Expression, Expression]
-    crank: tuple[Expression, Expression]
-    slider: tuple[Expression, Expression]
+    The half cross-bar counts as two parts that meet at the crank, so that a cut there is exact.
+    """
+
+    bar_end: Force  # of the inner part of the half cross-bar
+    inner: Force  # of the inner part, at the crank
+    outer: Force  # of the outer part, at the crank
+    crank: Force  # of link and joint, at the crank
+    middle: Force
+    slider: Force
 
 
 def inertia_loads(
     parameters: TrussParameters, alpha: Expression, omega: Expression, acc: Expression
 ) -> InertiaLoads:
-    """Inertia forces at the joints of half a module, but for its bar end."""
+    """Inertia forces at the joints of half a module."""
     nodes, b = module_nodes(parameters), parameters.half_cross_bar
     wide, high = _rates(alpha, omega, acc)
     slope = slider_distance_slope(parameters, alpha)
     slid = slope * acc + slider_distance_curvature(parameters, alpha) * omega**2
 
-    half = (_BAR_END, _MIDDLE, _CRANK, _SLIDER)
     rates = {
-        k: ((nodes[k].x_sin - b) * wide, nodes[k].z_cos * high + nodes[k].z_e * slid) for k in half
+        k: ((nodes[k].x_sin - b) * wide, nodes[k].z_cos * high + nodes[k].z_e * slid)
+        for k in (1, 6, 7, 8)
     }
-    force = {k: [0.0, 0.0] for k in half}
-    for mass, j, k in module_elements(parameters):
-        if j not in half or k not in half:
-            continue
-        share = 0.5 if j == k == _MIDDLE else 1.0
-        for end, other in ((j, k), (k, j)):
+    force = {name: [0.0, 0.0] for name in InertiaLoads._fields}
+    for mass, j, k in _parts(parameters):
+        for (end, other), name in zip(((j, k), (k, j)), _PARTS[j, k], strict=True):
             for axis in (0, 1):
-                mean = (2 * rates[end][axis] + rates[other][axis]) / 6
-                force[end][axis] -= share * mass * mean
-    return InertiaLoads(*((force[k][0], force[k][1]) for k in (_MIDDLE, _CRANK, _SLIDER)))
+                force[name][axis] -= mass * (2 * rates[end][axis] + rates[other][axis]) / 6
+    return InertiaLoads(**{name: (x, z) for name, (x, z) in force.items()})
+
+
+def _parts(parameters: TrussParameters) -> Iterator[tuple[Expression, int, int]]:
+    """(mass, node, node) of each of `_PARTS`."""
+    inner = parameters.crank / parameters.half_cross_bar
+    for mass, j, k in module_elements(parameters):
+        if (j, k) == (6, 1):
+            yield inner * mass, 1, 7
+            yield (1 - inner) * mass, 7, 6
+        elif (j, k) in _PARTS:
+            yield (mass / 2 if j == k == 6 else mass), j, k
 
 
 def inertia_push(

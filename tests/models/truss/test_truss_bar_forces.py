@@ -71,13 +71,14 @@ def test_half_a_cross_bar_does_not_turn_about_its_bar_end(seed: int) -> None:
     tension = rope_force(truss, *state)
     links = bar_forces(truss, *state, tension, module).link
     loads, push = inertia_loads(truss, *state), hoop_force(truss, *state)
-    of_middle, of_crank = (float(f[0] * cosine + f[1] * sine) for f in (loads.middle, loads.crank))
+    turned = {name: float(x * cosine + z * sine) for name, (x, z) in loads._asdict().items()}
+    of_crank = turned["inner"] + turned["outer"] + turned["crank"]
     twist = truss.joint_friction * omega * (1 + 2 * g) / d
     of_joints = truss.joint_friction * omega * (1 + (1 + g) + 2)
     shear = float(module_shear(truss, alpha, tension, module))
     for sign, link in zip((1, -1), links, strict=True):
         of_link = c * (float(link) * e * sine + twist * (c * sine**2 - h * cosine)) / d
-        of_joint = b * (float(push) * cosine + sign * shear * sine - of_middle)
+        of_joint = b * (float(push) * cosine + sign * shear * sine - turned["middle"])
         moments = [of_link, c * of_crank, -of_joint, -of_joints]
         assert sum(moments) == pytest.approx(0.0, abs=1e-8 * max(map(abs, moments)))
 
