@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from functools import partial as partial_of
@@ -47,6 +47,9 @@ _DEFAULTS = Settings()
 # Every interval can meet its tolerance while their errors add up to a miss of the replayed end
 # state, or of the objective. The tolerance is then made stricter by this factor.
 _STRICTER = 30.0
+
+# Factor of the growth of errors from which on a motion is unstable
+_UNSTABLE = 10.0
 
 # What a motion has to be accurate to, if a solve that is cut short is to hand it over
 _OF_USE = 1e-2
@@ -130,7 +133,7 @@ def solve(
     with shown(progress) as say:
         meshes = MeshSolver.of(form.problem, settings, parameters, say, evaluator=known)
         try:
-            return solve_from(form, meshes, start, mesh, bound)
+            return solve_from(form, meshes, start, mesh, bound, partial=partial)
         except (Interrupted, BudgetSpent) as stop:
             handed = _handed_over(form, meshes, stop, bound) if partial else None
             if handed is None:
@@ -139,7 +142,13 @@ def solve(
 
 
 def solve_from(
-    form: Form, meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None = None
+    form: Form,
+    meshes: MeshSolver,
+    start: Start,
+    mesh: Mesh,
+    bound: float | None = None,
+    *,
+    partial: bool = False,
 ) -> Solution:
     """`solve` from a given start and mesh: refine, replay and check, and refine once more at most.
 
@@ -160,7 +169,7 @@ def solve_from(
             last, seconds = refinement.best.iterate, check().verification.seconds
             refinement = refine(meshes, last, last.mesh, stricter, refinement.rounds)
             check = _check_of(form, meshes, refinement, seconds)
-        return _solution(form, meshes, refinement, check, bound)
+        return _solution(form, meshes, refinement, check, bound, partial=partial)
 
 
 def _handed_over(
@@ -170,8 +179,11 @@ def _handed_over(
     reached = stop.refinement
     if not isinstance(reached, Refinement):
         return None
-    solution = _solution(form, meshes, reached, _check_of(form, meshes, reached), bound)
-    return solution if solution.accuracy <= _OF_USE else None
+    check = _check_of(form, meshes, reached)
+    with suppress(SolveFailed):
+        solution = _solution(form, meshes, reached, check, bound, partial=True)
+        return solution if solution.accuracy <= _OF_USE else None
+    return None
 
 
 def _check_of(
@@ -191,10 +203,12 @@ def _check_of(
 def _is_too_loose(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
     """Whether an answer holds between the points, and not in the replay: its errors add up."""
     accuracy = meshes.settings.accuracy
-    if meshes.spent(refinement.rounds):
+    if meshes.spent(refinement.rounds) or refinement.ending in CUT_SHORT:
         return False
-    if checked.motion.miss > accuracy.replay:
-        return True
+    # a motion that amplifies errors by more than stricter dynamics take away is flown with feedback
+    miss, unstable = checked.verification.one_run, checked.motion.amplification > _UNSTABLE
+    if miss > accuracy.replay:
+        return not unstable or miss <= _STRICTER * accuracy.replay
     passed = checked.verification.passed and _costs_the_same(meshes, refinement, checked)
     return refinement.best.is_verifiable(accuracy) and not passed
 
@@ -365,10 +379,15 @@ def _checked(form: Form, meshes: MeshSolver, refinement: Refinement, spent: floa
         return _Checked(SimulatedMotion(()), stated, unverified(iterate.objective))
     begin = clock.perf_counter()
     replay = ReplayedAnswer.of(form, iterate, meshes.evaluator)
+    allowed, one_run = meshes.settings.accuracy.replay, replay.simulated
+    if one_run.miss > allowed and one_run.amplification > _UNSTABLE:
+        # as far as errors grow from what the intervals are off by to half of what is allowed
+        most = 0.5 * allowed * one_run.amplification / one_run.miss
+        replay = ReplayedAnswer.of(form, iterate, meshes.evaluator, most)
     verification = verify(iterate, replay, meshes.settings.accuracy, best.errors.of_motion)
     worst = max(verification.accuracy, refinement.objective_error)
     seconds = spent + clock.perf_counter() - begin
-    verification = replace(verification, seconds=seconds, accuracy=worst)
+    verification = replace(verification, seconds=seconds, accuracy=worst, one_run=one_run.miss)
     return _Checked(replay.simulated, replay.motion, verification)
 
 
@@ -393,6 +412,8 @@ def _solution(
     refinement: Refinement,
     checked: Callable[[], _Checked],
     bound: float | None,
+    *,
+    partial: bool,
 ) -> Solution:
     """The solution, or the error of an answer that takes no time or does not pass.
 
@@ -437,11 +458,12 @@ def _solution(
         interrupted=refinement.ending == "interrupted",
     )
 
-    # on a fixed mesh the user wants to see what it gives, and so who stops a solve
-    told = settings.verify and adapts and refinement.ending not in CUT_SHORT
-    if told and not solution.verification.passed:
-        raise _unverified(meshes, solution)
-    return solution
+    # on a fixed mesh the user wants to see what it gives
+    if not (adapts and settings.verify) or solution.verification.passed:
+        return solution
+    if partial and refinement.ending in CUT_SHORT and solution.accuracy <= _OF_USE:
+        return solution
+    raise _unverified(meshes, solution)
 
 
 def _unverified(meshes: MeshSolver, solution: Solution) -> Unverified:

@@ -34,6 +34,12 @@ def verdict_on(
         A proven bound of the optimum [unit of the objective].
     """
     parts = [_compared(meshes, refinement, bound), *_remarks(meshes, refinement)]
+    if checked.one_run > meshes.settings.accuracy.replay >= checked.miss:
+        parts.append(
+            f"from node to node it holds to {checked.miss:.1e}; in one run it misses the end by "
+            f"{checked.one_run:.1e} (errors grow {checked.amplification:.0f} times): fly it with "
+            "feedback"
+        )
     if refinement.ending in CUT_SHORT:
         parts.insert(1, f"accurate to {checked.accuracy:.1e}")
     # what meets a proven bound needs no second opinion
@@ -83,10 +89,11 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
         return f"the mesh is fixed, and a finer one promises a gain of {gain:.0e}" if coarse else ""
     endings = {
         "tolerances": "",
-        "standstill": "refinement ended where the objective stood still",
+        "standstill": "no finer mesh improved it",
         "rounds": f"refinement ended after {len(refinement.rounds)} mesh iterations",
         "failure": "refinement ended after a mesh that failed",
         "budget": f"the budget of {meshes.budget} ended the refinement",
+        "cost": "further meshes would cost much for little",
         "interrupted": "you stopped the refinement",
     }
     ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy

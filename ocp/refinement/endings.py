@@ -19,7 +19,9 @@ from ocp.refinement.solved_mesh import (
     VERIFIABLE_SLACK,
     Ending,
     SolvedMesh,
+    best_of,
     is_refuted,
+    objective_error,
 )
 
 # Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too, and
@@ -32,6 +34,10 @@ _FAR = 1e-3
 # Part of the objective that is as good as all of it, and of the typical time that is next to none.
 _ALL_OF_IT = 0.5
 _NEXT_TO_NO_TIME = 1e-2
+
+# Iterations times unknowns from which on a solve has cost much, and the accuracy of a motion that
+# may do then. The dearest case of `make regression` takes 4e6.
+MUCH, _FINE = 5e6, 1e-4
 
 # Rounds in a row over which the objective stands still where nothing more is to be gained. It takes
 # one more where only a promised gain is open or much is promised, as a mesh may have been finer at
@@ -145,9 +151,34 @@ def ending_of(
         return "rounds"
     if meshes.spent(history.rounds, step.examining):
         return "budget"
+    if _has_cost_enough(meshes, history, step, accuracy):
+        return "cost"
     if step.again or not stands_still(solved, accuracy, closes_leaks=step.closes_leaks):
         return None
     return "standstill"
+
+
+def _has_cost_enough(
+    meshes: MeshSolver, history: History, step: NextStep, accuracy: Accuracy
+) -> bool:
+    """Whether a motion that is accurate to 1e-4 has cost much, and a better one would cost more.
+
+    That is where the next mesh would cost more than all before it, or where the last three have not
+    halved what is open. Costs are iterations times unknowns. Not where an accuracy or a budget of
+    seconds was asked for.
+    """
+    solved, settings = history.solved, meshes.settings
+    default = settings.accuracy == Accuracy() and settings.seconds is None
+    cost = sum(entry.iterations * entry.unknowns for entry in history.rounds)
+    if not default or step.mesh is None or cost < MUCH or len(solved) < _STILL_IN_DOUBT:
+        return False
+    best, last = best_of(solved, accuracy), solved[-1]
+    if max(best.errors.dynamics, best.leak, objective_error(solved, best)) > _FINE:
+        return False
+    finer = step.mesh.intervals / last.iterate.mesh.intervals
+    ahead = last.iterations * last.iterate.x.size * finer
+    now, before = (s.worst_in_tolerances(accuracy) for s in (last, solved[-_STILL_IN_DOUBT]))
+    return ahead > cost or now > _FALLING * before
 
 
 def stands_still(

@@ -49,6 +49,8 @@ class MeshIteration:
         From which the solver ran, and the best of whose answers this is.
     lost : int
         Those of them that led to no answer.
+    unknowns : int
+        Of the nonlinear program.
     """
 
     intervals: int
@@ -65,6 +67,7 @@ class MeshIteration:
     attempts: int = 1
     starts: int = 1
     lost: int = 0
+    unknowns: int = 0
 
     def __repr__(self) -> str:
         return (
@@ -98,6 +101,7 @@ def record_of(
         attempts=result.attempts,
         starts=starts,
         lost=lost,
+        unknowns=result.x.size,
     )
 
 

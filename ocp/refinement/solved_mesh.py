@@ -33,10 +33,10 @@ _TWICE = 2
 # times the other.
 _FINER, _SAFETY = 1.2, 3.0
 
-Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget", "interrupted"]
+Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget", "cost", "interrupted"]
 """Why a refinement ends."""
 
-CUT_SHORT: tuple[Ending, ...] = ("budget", "interrupted")
+CUT_SHORT: tuple[Ending, ...] = ("budget", "cost", "interrupted")
 
 
 @lazy_fields("errors")

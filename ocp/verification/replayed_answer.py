@@ -15,7 +15,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.parameters import parameters_of
 from ocp.reformulate.form import Form
 from ocp.scaling.error_sizes import error_sizes
-from ocp.verification.simulation import SimulatedMotion, replayed, simulate
+from ocp.verification.simulation import MOST, SimulatedMotion, replayed, simulate
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,23 +44,25 @@ class ReplayedAnswer:
     evaluator: Evaluator
 
     @classmethod
-    def of(cls, form: Form, iterate: Iterate, evaluator: Evaluator) -> ReplayedAnswer:
-        """Replay an iterate of a form, whose evaluator is given."""
+    def of(
+        cls, form: Form, iterate: Iterate, evaluator: Evaluator, most: float = MOST
+    ) -> ReplayedAnswer:
+        """Replay an iterate of a form, whose evaluator is given; `most` as of `simulate`."""
         motion, sizes = form.stated(iterate.trajectory), dict(iterate.scales.signals)
         if form.is_statement:
             simulated = simulate(
-                form.problem, motion, error_sizes(iterate.parameters, motion, sizes)
+                form.problem, motion, error_sizes(iterate.parameters, motion, sizes), most=most
             )
             again = replayed(motion, simulated)
             return cls(form, simulated, again, again, evaluator, evaluator)
 
         parameters = parameters_of(form.statement, motion.constants)
         stated = error_sizes(parameters, motion, {**_sizes(motion), **_same(form, sizes)})
-        simulated = simulate(form.statement, motion, stated)
+        simulated = simulate(form.statement, motion, stated, most=most)
         again = replayed(motion, simulated)
         own = simulated
         if any(state in form.back for phase in form.statement.phases for state in phase.states):
-            own = simulate(form.problem, iterate.trajectory, sizes)
+            own = simulate(form.problem, iterate.trajectory, sizes, most=most)
         solved = replayed(iterate.trajectory, own)
         return cls(form, simulated, again, solved, Evaluator(form.statement), evaluator)
 

@@ -161,6 +161,7 @@ def simulate(
     trajectory: Trajectory,
     sizes: Mapping[str, float],
     tolerance: float = STEP_TOLERANCE,
+    most: float = MOST,
 ) -> SimulatedMotion:
     """Simulate all phases, each from where the one before it arrived.
 
@@ -174,6 +175,8 @@ def simulate(
         Typical sizes of the states by name, to which errors are relative.
     tolerance : float
         Of the estimated error of a step.
+    most : float
+        By which factor errors may grow until the simulation is set back to the solution.
     """
     phases: list[SimulatedPhase] = []
     grown = 1.0  # by how much an error of the last restart has been amplified since
@@ -186,7 +189,7 @@ def simulate(
 
         # go on from the phase before, unless errors have grown too much since the last restart
         grown *= amplification
-        restarted = bool(phases) and grown > MOST
+        restarted = bool(phases) and grown > most
         if restarted:
             grown = amplification
         offset = np.zeros(phase_sizes.size)
@@ -195,7 +198,7 @@ def simulate(
 
         parts = []
         stepping = bool(problem.steps[statement.name])
-        for segment in segments(transition):
+        for segment in segments(transition, most):
             start = offset if segment.start == 0 else np.zeros_like(offset)
             parts.append(
                 _simulated_segment(rate, phase, segment, start, phase_sizes, tolerance, stepping)

@@ -88,6 +88,10 @@ class Verification:
         How often the replay was set back to the solution because this factor is too large.
     dynamics : float
         Largest error of the solution's dynamics between its points, relative.
+    one_run : float
+        Miss of the end state where the replay is set back only if errors grow a million times.
+        `miss` is the same unless an unstable motion amplifies what its intervals are off by to more
+        than is allowed: then the replay is set back as often as it takes.
     accuracy : float
         The largest of all that is compared, and of what the objective may be off by, as far as the
         meshes of a solve tell.
@@ -105,6 +109,7 @@ class Verification:
     amplification: float = 1.0
     restarts: int = 0
     dynamics: float = math.nan
+    one_run: float = math.nan
     accuracy: float = math.nan
 
     def __repr__(self) -> str:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from ocp import Control, Phase, Problem, Settings, State, solve
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup
 from ocp.numerics.piecewise_polynomial import Bernstein, Piece, PiecewisePolynomial
 from ocp.numerics.schemes import Radau
@@ -65,3 +66,16 @@ def test_segments_amplify_less_than_is_allowed() -> None:
     assert [part.start for part in parts[1:]] == [part.stop for part in parts[:-1]]
     assert (parts[0].start, parts[-1].stop) == (0, 20)
     assert all(growth(steps[part]) <= 1e6 for part in parts)
+
+
+def test_an_unstable_motion_is_held_to_its_nodes_and_says_so():
+    x, u = State("x"), Control("u")
+    phase = Phase("balance", {x: 12 * ca.sin(x) + u}, {x: 0.5}, {x: 0}, end=1.0)
+    problem = Problem("balance", [phase], minimise=phase.integral(u**2 + x**2))
+    found = solve(problem, settings=Settings(accuracy=1e-3, intervals=4))
+    check = found.verification
+    assert check.passed
+    assert check.restarts > 0
+    assert check.miss <= 1e-3 < 0.05 < check.one_run
+    assert f"in one run it misses the end by {check.one_run:.1e} (errors grow 15" in found.verdict
+    assert found.objective == pytest.approx(solve(problem).objective, rel=found.accuracy)
