@@ -2,7 +2,6 @@
 
 A `Reformulation` is a pass from one statement to another (`reformulation`), and a `Form` holds what
 all of them make of a problem (`form`). `standard` lists those of every solve: `kinked_costs` and
-`vector_sizes` state kinks of a minimised integral as limits of controls, `kinked_numbers` those of
-minimised numbers as limits of unknowns, and `split_controls` those of a rate by two parts of a
-control.
+`vector_sizes` state kinks of minimised integrals and numbers as limits of further controls and
+unknowns, and `split_controls` those of a rate by two parts of a control.
 """

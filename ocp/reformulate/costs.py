@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -43,31 +44,79 @@ def unlike(name: str, others: Sequence[str]) -> str:
     return numbered
 
 
-def sides_of(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int, int]]:
+def _sides_of(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int, int]]:
     """Places and signs of the expressions of which one, times a sign, is the largest."""
     name, operands = graph.instructions[place].operation, graph.instructions[place].operands
     if name == (_LARGER if sign > 0 else _LESSER):
         for operand in operands:
-            yield from sides_of(graph, operand, sign)
+            yield from _sides_of(graph, operand, sign)
     elif name == _NEGATIVE:
-        yield from sides_of(graph, operands[0], -sign)
+        yield from _sides_of(graph, operands[0], -sign)
     elif name == _MODULUS and sign > 0:
         yield from ((operands[0], 1), (operands[0], -1))
     else:
         yield place, sign
 
 
-def costly(
+@dataclass(frozen=True, eq=False, repr=False)
+class Kink:
+    """The larger of some sides, the negative of the lesser, or the size of a vector.
+
+    Attributes
+    ----------
+    place, sign : int
+        In the graph of the expression, and 1 or -1.
+    largest : SX
+        What is the largest of the sides.
+    sides : sequence of SX
+        None of a size.
+    symbols : tuple of Symbol
+        What it depends on.
+    """
+
+    place: int
+    sign: int
+    largest: ca.SX
+    sides: Sequence[ca.SX]
+    symbols: tuple[Symbol, ...]
+
+
+def kinks_that_cost(
+    graph: ExpressionGraph,
+    symbols: Sequence[Symbol],
+    phase: Phase | None,
+    sign: int,
+    vectors: Collection[int] = (),
+) -> Iterator[Kink]:
+    """Kinks of an expression that are only added to it, with the sign by which they cost.
+
+    Parameters
+    ----------
+    phase : Phase or None
+        Along which the expression is taken.
+    sign : int
+        By which the whole expression costs.
+    vectors : collection of int
+        Places of sizes of vectors, which are among the kinks.
+    """
+    for place, own in _costly(graph, symbols, phase, sign, vectors):
+        found = [] if place in vectors else list(_sides_of(graph, place, own))
+        places = (place, *(side for side, _ in found))
+        whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(
+            [symbol.symbol for symbol in symbols]
+        )
+        sides = [above * part for part, (_, above) in zip(parts, found, strict=True)]
+        yield Kink(place, own, own * whole, sides, tuple(resolve(whole, "a kink")))
+
+
+def _costly(
     graph: ExpressionGraph,
     symbols: Sequence[Symbol],
     phase: Phase | None,
     of_whole: int,
-    vectors: Collection[int] = (),
+    vectors: Collection[int],
 ) -> Iterator[tuple[int, int]]:
-    """Places of larger or lesser ones that are only added, with the sign by which they cost.
-
-    Sizes of vectors, whose places are given, are among them.
-    """
+    """Places of kinks that are only added, with the sign by which they cost."""
     signs = dict[int, set[int]]({graph.results[0]: {of_whole}})
     for place in reversed(range(len(graph.instructions))):
         found = signs.get(place, set())
@@ -78,7 +127,7 @@ def costly(
             yield place, sign
             continue
         is_choice = graph.instructions[place].operation in (_LARGER, _LESSER, _MODULUS)
-        if sign and is_choice and len(list(sides_of(graph, place, sign))) > 1:
+        if sign and is_choice and len(list(_sides_of(graph, place, sign))) > 1:
             yield place, sign
             continue
         for operand, own in _passed_on(graph, symbols, phase, place, sign):

@@ -1,4 +1,4 @@
-"""Kinks of minimised integrals, stated as limits of controls of their own.
+"""Kinks that only cost, stated as limits of controls and unknowns of their own.
 
 The integral of ``|u|``, the fuel of a thruster, of ``max(0, F v)``, the energy of a drive that
 feeds nothing back, or of ``|x - r|``, the distance from a path, is least with a motion that rests
@@ -10,6 +10,9 @@ section 4.1.3).
 It is the same where nothing is gained by a larger s: where the kinked term is added to an integral
 of the objective, or of a bound from above, with a factor of numbers and constants, or of time, that
 has the sign of a cost. Kinks of time alone are left: they are at known instants.
+
+Kinks of numbers of the whole motion that are minimised, as in ``3 |x_end - 1|``, the price of
+missing a point, become limits of unknowns in the same way.
 
 The size of a vector of controls is the largest of infinitely many expressions. One curved limit
 stands for all, where its typical value is known (see `ocp.reformulate.vector_sizes`).
@@ -23,20 +26,20 @@ from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
-from ocp.numerics.expression_graph import ExpressionGraph, graph_of
+from ocp.numerics.expression_graph import graph_of
 from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional, Integral
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Constant, Control, Signal, Symbol, is_limited, resolve
+from ocp.problem.symbols import Constant, Control, Signal, Unknown, is_limited, resolve
 from ocp.problem.texts import text_of, unit_of
 from ocp.reformulate.costs import (
     LONGEST_NAME,
+    Kink,
     at_some_times,
     constant_value,
-    costly,
-    sides_of,
+    kinks_that_cost,
     unlike,
 )
 from ocp.reformulate.reformulation import (
@@ -45,6 +48,7 @@ from ocp.reformulate.reformulation import (
     taken_names,
     with_functionals,
     with_limits,
+    with_statement,
 )
 from ocp.reformulate.vector_sizes import SizeOfVector, sizes_of_vectors
 
@@ -155,31 +159,6 @@ def _conditions(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class _Kink:
-    """The larger of some sides, the negative of the lesser, or the size of a vector.
-
-    Attributes
-    ----------
-    place, sign : int
-        In the graph of the integrand, and 1 or -1.
-    whole : SX
-        What is the largest.
-    sides : sequence of SX
-        None of a size.
-    crossed : bool
-        Whether motions cross it, as it depends on no control.
-    size : SizeOfVector or None
-    """
-
-    place: int
-    sign: int
-    whole: ca.SX
-    sides: Sequence[ca.SX]
-    crossed: bool
-    size: SizeOfVector | None = None
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class _Controls:
     """The controls made so far, one for each expression.
 
@@ -194,26 +173,24 @@ class _Controls:
     names: list[str]
     made: dict[tuple[object, ...], _Above] = field(default_factory=dict)
 
-    def above(self, kink: _Kink) -> _Above:
+    def above(self, kink: Kink, size: SizeOfVector | None) -> _Above:
         """A control that is nowhere below the sides of a kink, or a size."""
-        symbols = ca.symvar(kink.whole)
-        key = (*(s.element_hash() for s in symbols), graph_of([kink.whole], symbols))
+        symbols = ca.symvar(kink.largest)
+        key = (*(s.element_hash() for s in symbols), graph_of([kink.largest], symbols))
         if key not in self.made:
-            name = unlike(text_of(kink.whole, LONGEST_NAME), self.names)
+            name = unlike(text_of(kink.largest, LONGEST_NAME), self.names)
             self.names.append(name)
-            self.made[key] = (
-                _above_sides(kink, name)
-                if kink.size is None
-                else _above_size(kink.whole, kink.size, name)
-            )
+            if size is None:
+                self.made[key] = _above_sides(kink, name)
+            else:
+                self.made[key] = _above_size(kink.largest, size, name)
         return self.made[key]
 
 
-def _above_sides(kink: _Kink, name: str) -> _Above:
+def _above_sides(kink: Kink, name: str) -> _Above:
     """The control that takes the place of a kink."""
-    least = max((float(side) for side in kink.sides if side.is_constant()), default=-math.inf)
     # it is no control of the plant: however coarse these are, it follows its sides
-    control = Control(name, unit_of(kink.whole) or "1", least, piecewise="automatic")
+    control = Control(name, unit_of(kink.largest) or "1", _least(kink), piecewise="automatic")
     limits = tuple(
         Bound(
             f"{name}, lower limit {number}", control - side, control.unit, lower=0.0, of_cost=True
@@ -221,7 +198,7 @@ def _above_sides(kink: _Kink, name: str) -> _Above:
         for number, side in enumerate(kink.sides, start=1)
         if not side.is_constant()
     )
-    return _Above(control, kink.whole, limits)
+    return _Above(control, kink.largest, limits)
 
 
 def _above_size(whole: ca.SX, size: SizeOfVector, name: str) -> _Above:
@@ -248,26 +225,74 @@ def _without_kinks(
     symbols = resolve(integral.expression, integral.name)
     bare = [symbol.symbol for symbol in symbols]
     graph = graph_of([integral.expression], bare)
-    kinks = list(_kinks(graph, symbols, phase, sign))
-    few = sum(kink.crossed for kink in kinks) <= _MOST_CROSSED
-    raised = {kink: controls.above(kink) for kink in kinks if few or not kink.crossed}
+    vectors = sizes_of_vectors(graph, symbols, phase.bounds)
+    kinks = [
+        kink
+        for kink in kinks_that_cost(graph, symbols, phase, sign, vectors)
+        if any(isinstance(symbol, Signal) for symbol in kink.symbols)
+    ]
+    # motions cross those that depend on no control
+    crossed = [not any(isinstance(s, Control) for s in kink.symbols) for kink in kinks]
+    few = sum(crossed) <= _MOST_CROSSED
+    raised = {
+        kink: controls.above(kink, vectors.get(kink.place))
+        for kink, may_be_crossed in zip(kinks, crossed, strict=True)
+        if few or not may_be_crossed
+    }
     instead = {kink.place: kink.sign * above.control for kink, above in raised.items()}
     (expression,) = graph.rebuilt(bare, instead)
     return expression, list(raised.values())
 
 
-def _kinks(
-    graph: ExpressionGraph, symbols: Sequence[Symbol], phase: Phase, sign: int
-) -> Iterator[_Kink]:
-    """The kinks of an integrand that only cost, and that signals make."""
+def _least(kink: Kink) -> float:
+    """The largest of the sides that are numbers, which a control or unknown is nowhere below."""
+    return max((float(side) for side in kink.sides if side.is_constant()), default=-math.inf)
+
+
+@dataclass(frozen=True)
+class KinkedNumbers:
+    """Unknowns in place of the kinks of an objective that only cost."""
+
+    def apply(self, problem: Problem) -> Restated | None:
+        """The problem without such kinks; None where it has none."""
+        if not may_have_kinks(problem.objective):
+            return None
+        taken, limits = taken_names(problem), list[Bound]()
+        objective, made = _numbers_without_kinks(problem.objective, taken)
+        if not made:
+            return None
+
+        # a side may have a kink of its own, which costs if it makes the largest larger
+        largest = {number: kink.largest for number, kink in made.items()}
+        waiting = [(number, side) for number, kink in made.items() for side in kink.sides]
+        while waiting:
+            number, side = waiting.pop()
+            if side.is_constant():
+                continue
+            smooth, further = _numbers_without_kinks(side, taken)
+            waiting += [(inner, own) for inner, kink in further.items() for own in kink.sides]
+            name = unlike(f"{number.name}, lower limit", taken)
+            taken.append(name)
+            limits.append(Bound(name, number - smooth, number.unit, lower=0.0, of_cost=True))
+        bounds = (*problem.bounds, *limits)
+        return Restated(with_statement(problem, objective, bounds=bounds), forth=largest)
+
+
+def _numbers_without_kinks(
+    expression: ca.SX, taken: list[str]
+) -> tuple[ca.SX, dict[Unknown, Kink]]:
+    """An expression with unknowns in place of kinks, and what these stand for.
+
+    The names of the unknowns are added to those that are taken.
+    """
+    symbols = resolve(expression, "the objective")
     bare = [symbol.symbol for symbol in symbols]
-    vectors = sizes_of_vectors(graph, symbols, phase.bounds)
-    for place, own in costly(graph, symbols, phase, sign, vectors):
-        found = [] if place in vectors else list(sides_of(graph, place, own))
-        places = (place, *(side for side, _ in found))
-        whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(bare)
-        sides = [above * part for part, (_, above) in zip(parts, found, strict=True)]
-        of = resolve(whole, "a kink")
-        if any(isinstance(symbol, Signal) for symbol in of):
-            crossed = not any(isinstance(symbol, Control) for symbol in of)
-            yield _Kink(place, own, own * whole, sides, crossed, vectors.get(place))
+    graph = graph_of([expression], bare)
+    instead, made = dict[int, ca.SX](), dict[Unknown, Kink]()
+    for kink in kinks_that_cost(graph, symbols, None, 1):
+        if any(isinstance(symbol, (Functional, Unknown)) for symbol in kink.symbols):
+            name = unlike(text_of(kink.largest, LONGEST_NAME), taken)
+            taken.append(name)
+            number = Unknown(name, unit_of(kink.largest) or "1", _least(kink))
+            made[number], instead[kink.place] = kink, kink.sign * number.symbol
+    return graph.rebuilt(bare, instead)[0], made

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ocp.reformulate.kinked_costs import KinkedCosts
-from ocp.reformulate.kinked_numbers import KinkedNumbers
+from ocp.reformulate.kinked_costs import KinkedCosts, KinkedNumbers
 from ocp.reformulate.reformulation import Reformulation
 from ocp.reformulate.split_controls import SplitControls
 

@@ -13,8 +13,6 @@ from ocp import (
     Between,
     Bound,
     Control,
-    Evidence,
-    Finding,
     FixedMesh,
     Gauss,
     HermiteSimpson,
@@ -184,19 +182,3 @@ def test_progress_is_told():
 def test_what_is_no_diagnostic_is_told(diagnostics, words):
     with pytest.raises(StatementError, match=words):
         certify(solve(move()), diagnostics=diagnostics)
-
-
-def fast_enough(answer: Evidence):
-    """What a user asks of each answer: the speed at a hundred times."""
-    times = np.linspace(0.0, 1.0, 100)
-    fastest = float(np.abs(answer.solution.sample(v, times)).max())
-    yield Finding("speed", fastest, 1.4, "the largest of a hundred values [m/s]")
-
-
-@pytest.mark.parametrize(("limit", "passed"), [(math.inf, False), (1.3, True)])
-def test_a_user_asks_a_question_of_their_own(limit, passed):
-    certificate = certify(solve(move(limit=limit)), diagnostics=(*STANDARD, fast_enough))
-    assert certificate.checks[-1].name == "speed"
-    assert certificate.checks[-1].passed == passed
-    assert certificate.passed == passed
-    assert all(check.passed for check in certificate.checks[:-1])

@@ -159,19 +159,6 @@ def test_the_statement_stays_and_its_form_shows_what_is_solved():
     assert solved(stated) is problem
 
 
-def test_what_was_stated_keeps_its_value():
-    phase = move()
-    fuel = phase.integral(ca.fabs(u))
-    found = solve(Problem("least", phase, minimise=fuel))
-    assert found.value(fuel) == pytest.approx(found.objective, rel=1e-6)
-
-
-def test_a_file_has_it_too(tmp_path):
-    problem = least(lambda p: p.integral(ca.fabs(u)))
-    save(solve(problem), tmp_path / "least.ocp")
-    assert load(tmp_path / "least.ocp").objective == pytest.approx(2 * COASTING, rel=1e-6)
-
-
 def test_one_expression_in_two_phases_is_one_control():
     first = Phase("first", {x: v, v: u}, {x: 0, v: 0}, end=1.5)
     second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=1.5, end=3.0)
@@ -285,18 +272,6 @@ def test_a_budget_of_fuel():
     assert certify(generous).passed
 
 
-@pytest.mark.slow
-def test_less_energy_at_the_cost_of_more_heat():
-    phase = move()
-    energy, heat = phase.integral(ca.fmax(0, u * v)), phase.integral(u**2)
-    heats = []
-    for most in (0.1, 0.09, 0.08):
-        found = solve(Problem("trade", phase, minimise=heat, bounds=[energy <= most]))
-        assert found.value(energy) == pytest.approx(most, rel=1e-5)
-        heats.append(found.objective)
-    assert 4 / 9 < heats[0] < heats[1] < heats[2]
-
-
 def test_sides_lie_below_their_control_all_along():
     found = solve(least(lambda p: p.integral(ca.fmax(0, u * v))))
     times = np.linspace(0, 3, 3001)
@@ -304,29 +279,6 @@ def test_sides_lie_below_their_control_all_along():
     above = found.kept_iterate.trajectory.phases[0].polynomial("max(0, u*v)").at(times)[:, 0]
     assert np.all(above >= np.maximum(power, 0) - 1e-6)
     assert np.trapezoid(above - np.maximum(power, 0), times) < 1e-6
-
-
-def test_names_of_all_other_things_are_taken_as_well():
-    idle = Control("abs(u)", lower=0, upper=2)  # of the objective alone
-    weight = Constant("abs(v)", value=0.1)
-    phase = move()
-    cost = phase.integral(ca.fabs(u) + (idle - 1) ** 2) + weight * phase.integral(ca.fabs(v))
-    problem = Problem("least", phase, minimise=cost)
-    assert set(controls(problem)) == {"u", "abs(u)", "abs(u) (2)", "abs(v) (2)"}
-    # what is paid for the way itself is no matter: the speed is nowhere negative
-    assert solve(problem).objective == pytest.approx(2 * COASTING + 0.1, rel=1e-6)
-
-
-def test_a_budget_may_stand_among_the_links():
-    phase = move()
-    burnt = phase.integral(fuel)
-    problem = Problem(
-        "least", phase, minimise=phase.integral(u**2), links=[Bound("b", burnt, upper=0.9)]
-    )
-    assert all(functional is not burnt for functional in solved(problem).functionals)
-    found = solve(problem)
-    assert found.value(burnt) == pytest.approx(0.9, rel=1e-5)
-    assert certify(found).passed
 
 
 def test_coarse_controls_of_the_plant_are_paid_for_what_they_do():
@@ -393,28 +345,6 @@ def moved_in_the_plane(cost, ax, ay, bounds=()):
     return Problem("plane", phase, minimise=phase.integral(cost))
 
 
-def test_the_size_of_a_thrust_by_an_angle():
-    size, angle = Control("size", "m/s^2", lower=0, upper=1), Control("angle", "rad")
-    ax, ay = size * ca.cos(angle), size * ca.sin(angle)
-    found = solve(moved_in_the_plane(size, ax, ay))
-    assert found.objective == pytest.approx(SIZE, rel=1e-6)
-    assert certify(found).passed
-
-
-@pytest.mark.slow
-def test_the_size_of_a_thrust_by_half_planes():
-    ax, ay = (Control(name, "m/s^2", lower=-1, upper=1) for name in ("ax", "ay"))
-    size, limits = Control("size", "m/s^2", lower=0), [ax**2 + ay**2 <= 1]
-    for k in range(16):
-        angle = 2 * math.pi * k / 16
-        side = size - math.cos(angle) * ax - math.sin(angle) * ay
-        limits.append(Bound(f"half-plane {k}", side, "m/s^2", lower=0))
-    found = solve(moved_in_the_plane(size, ax, ay, limits))
-    assert SIZE * math.cos(math.pi / 16) <= found.objective * (1 + 1e-6)
-    assert found.objective <= SIZE * (1 + 1e-6)
-    assert certify(found).passed
-
-
 @pytest.mark.slow
 def test_a_size_that_is_zero_is_told_how_to_be_stated():
     ax, ay = Control("ax", "m/s^2"), Control("ay", "m/s^2")
@@ -451,7 +381,7 @@ def test_a_state_that_sums_up_a_kink_is_told_to_be_an_integral():
         collocate(problem, settings=Settings(solver=Ipopt(max_iterations=20)))
 
 
-def test_a_cost_that_leaks_between_the_points_counts_by_what_it_is_worth():
+def test_a_cost_that_is_too_small_between_the_points_is_refused():
     """A control above |x - r| is a polynomial, and passes below the kink where x crosses r."""
     phase = move()
     problem = Problem("near", phase, minimise=phase.integral(ca.fabs(x - 0.3) + 0.01 * u**2))
@@ -461,7 +391,6 @@ def test_a_cost_that_leaks_between_the_points_counts_by_what_it_is_worth():
     effort = dense_integral(found.evaluator, found.replayed, phase.integral(u**2))
     assert found.objective == pytest.approx(stated + 0.01 * effort, rel=1e-6)
     assert certify(found).passed
-    assert not any("lower limit" in margin.name for margin in found.verification.margins)
 
     # on a coarse mesh the cost is too small between the points, and that is refused
     coarse = solve(problem, settings=Settings(intervals=3, refinement=FixedMesh(), verify=True))

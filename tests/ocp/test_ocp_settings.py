@@ -1,10 +1,7 @@
 """Settings: what they refuse, with what to write instead, and what may be plugged in."""
 
-import dataclasses
 import io
 import math
-import re
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -28,12 +25,10 @@ from ocp import (
     collocate,
     solve,
 )
-from ocp.mesh.mesh import bisected, uniform
-from ocp.nlp.solver import NlpSolver
+from ocp.mesh.mesh import uniform
 from ocp.problem.parameters import parameters_of
 from ocp.progress import LiveLine
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.policies.policy import MeshPolicy
 
 
 def transfer() -> Problem:
@@ -145,31 +140,6 @@ def test_misuse_of_solve_is_answered_in_a_sentence(case) -> None:
         call(transfer())
 
 
-@dataclass(frozen=True)
-class Counting:
-    """A solver of one's own: IPOPT behind a counter of its runs."""
-
-    runs: list[int]
-    inner: Ipopt = dataclasses.field(default_factory=Ipopt)
-
-    def solve(self, program, start, limits, parameters, listener=None):
-        result = self.inner.solve(program, start, limits, parameters, listener)
-        self.runs.append(result.iterations)
-        return dataclasses.replace(result, solver="counting")
-
-    def within(self, iterations, seconds):
-        return dataclasses.replace(self, inner=self.inner.within(iterations, seconds))
-
-    def loosened(self, tolerance):
-        return self
-
-    def within_gap(self, gap):
-        return self
-
-    def alternatives(self, *, warm):
-        return ()
-
-
 def kept_from_the_objective(program, result, parameters) -> float:
     """Slacks of all limits times their multipliers."""
     limits = program.limits(parameters)
@@ -206,54 +176,6 @@ def test_all_limits_together_keep_no_more_than_the_gap_from_the_objective() -> N
 def test_a_gap_is_never_made_wider() -> None:
     assert Ipopt(gap=1e-9).within_gap(1e-6).gap == 1e-9
     assert Ipopt().loosened(1e-6).within_gap(1e-6).gap == 1e-6
-
-
-def test_a_solver_of_ones_own_is_used() -> None:
-    solver = Counting([])
-    assert isinstance(solver, NlpSolver)
-    found = solve(transfer(), settings=Settings(solver=solver, intervals=4))
-    assert found.objective == pytest.approx(12.0, rel=1e-7)
-    assert [entry.iterations for entry in found.mesh_iterations] == solver.runs
-    assert {entry.solver for entry in found.mesh_iterations} == {"counting"}
-
-
-@dataclass(frozen=True)
-class Bisecting:
-    """A policy of one's own: every interval in two until the dynamics are right."""
-
-    rounds: int = 6
-    highest_degree: int = 2
-    adapts: bool = True
-
-    def next_mesh(self, solved, accuracy) -> Mesh | None:
-        last = solved[-1]
-        if last.errors.dynamics <= accuracy.dynamics:
-            return None
-        return bisected(last.iterate.mesh, 1000)
-
-    def after_failure(self, solved, failed, accuracy):
-        return None
-
-
-def test_further_options_reach_ipopt(tmp_path) -> None:
-    # IPOPT writes all options that a user set to its output file
-    output = tmp_path / "ipopt.txt"
-    options = {"output_file": str(output), "file_print_level": 5, "print_user_options": "yes"}
-    options["max_soc"] = 3
-    solve(transfer(), settings=Settings(solver=Ipopt(options=options), refinement=FixedMesh()))
-    assert re.search(r"max_soc += 3 +yes", output.read_text("utf-8"))
-
-
-def test_a_policy_of_ones_own_is_used() -> None:
-    policy = Bisecting()
-    assert isinstance(policy, MeshPolicy)
-    loose = Accuracy(dynamics=1e-3, path=1e-3, objective=1e-3, replay=1e-2)
-    settings = Settings(scheme=Radau(2), intervals=4, refinement=policy, accuracy=loose)
-    found = solve(sway(), settings=settings)
-    # the last mesh once more, to the solver's own tolerance
-    assert [entry.intervals for entry in found.mesh_iterations] == [4, 8, 16, 32, 32]
-    errors = [entry.dynamics_error for entry in found.mesh_iterations]
-    assert errors[-1] <= 1e-3 < errors[-3]
 
 
 def test_a_fixed_mesh_is_solved_once_and_its_answer_returned_as_it_is() -> None:

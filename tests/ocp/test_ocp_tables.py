@@ -16,7 +16,6 @@ from ocp import (
     State,
     StatementError,
     certify,
-    load,
     save,
     solve,
 )
@@ -67,18 +66,6 @@ def test_a_solution_with_a_function_of_casadi_is_not_saved(tmp_path):
     found = solve(moved_by(SMOOTH))
     with pytest.raises(TypeError, match=r"'gain' cannot be saved.*make it with ocp\.Interpolant"):
         save(found, tmp_path / "found.zip")
-
-
-@pytest.mark.parametrize("kind", ["bspline", "linear"])
-def test_a_solution_with_a_table_is_saved(tmp_path, kind):
-    table = Interpolant("gain", POINTS, 1 + POINTS**2, kind=kind)
-    found = solve(moved_by(table))
-    save(found, tmp_path / "found.zip")
-    read = load(tmp_path / "found.zip")
-    times = np.linspace(0, 1, 9)
-    np.testing.assert_array_equal(read.sample("x", times), found.sample("x", times))
-    # solved again, its equations are those of the table
-    assert solve(read.problem).objective == pytest.approx(found.objective, rel=1e-9)
 
 
 def test_a_table_of_two_axes_has_its_values_in_their_order():
