@@ -4,10 +4,9 @@ A tariff, an eclipse or a gate changes the dynamics at a time that is known befo
 polynomial follows that, so an interval must end there. Such times are stated, or read off the
 expressions: a comparison of time with a number (as in ``if_else``, ``pw_const`` and ``pw_lin``), a
 sign, an absolute value, a smallest or a largest value changes where its two sides are equal, and a
-quotient may step where its divisor vanishes. What is linear in time is solved for the time. Other
-functions of time alone, as in ``(TIME - 3)**2 < 0.01``, are sampled, and each change is located to
-rounding. A time that depends on a `Constant` is not read, because a mesh serves for all values of
-the constants.
+quotient may step where its divisor vanishes. What is compared is sampled over the phase, and each
+change is located to rounding. A time that depends on a `Constant` is not read, because a mesh
+serves for all values of the constants.
 """
 
 from __future__ import annotations
@@ -52,8 +51,6 @@ _ZOOMS = 4
 _ZOOM_SAMPLES = 33
 _BISECTIONS = 60
 
-_Line = tuple[float, float]  # slope by time, and value at time zero
-
 
 def stepping_times(expressions: Iterable[ca.SX], start: float, end: float) -> tuple[float, ...]:
     """Times inside a phase at which expressions may step or bend, in order; none where too many.
@@ -63,7 +60,7 @@ def stepping_times(expressions: Iterable[ca.SX], start: float, end: float) -> tu
     expressions : iterable of SX
         Scalars of declared symbols.
     start, end : float
-        Of the phase [s]. Where one is infinite, only what is linear in time is read.
+        Of the phase [s].
     """
     timed = [e for e in expressions if ca.depends_on(e, TIME.symbol)]
     if not timed:
@@ -72,30 +69,23 @@ def stepping_times(expressions: Iterable[ca.SX], start: float, end: float) -> tu
     graph = graph_of(timed, symbols)
     clock = next(i for i, s in enumerate(symbols) if s.element_hash() == TIME.symbol.element_hash())
 
-    lines: list[_Line | None] = []
     of_time: list[bool] = []
-    found: set[float] = set()
-    curved: list[tuple[str, tuple[int, ...]]] = []
+    compared: list[tuple[str, tuple[int, ...]]] = []
     for instruction in graph.instructions:
         is_symbol = instruction.operation == "symbol"
-        places = () if is_symbol else instruction.operands
         sides = _compared(instruction)
         if sides and all(of_time[i] for i in sides):
-            line = _difference([lines[i] for i in sides])
-            if line is None or instruction.operation in _OF_WHOLE:
-                curved.append((instruction.operation, sides))
-            elif line[0] != 0.0 and start < -line[1] / line[0] < end:
-                found.add(-line[1] / line[0])
-        lines.append(_line(instruction, [lines[i] for i in places], clock))
+            compared.append((instruction.operation, sides))
         own = instruction.operands[0] == clock if is_symbol else instruction.function is None
-        of_time.append(own and all(of_time[i] for i in places))
+        of_time.append(own and (is_symbol or all(of_time[i] for i in instruction.operands)))
+    if not compared:
+        return ()
 
-    if curved and math.isfinite(start) and math.isfinite(end):
-        places = tuple(i for _, sides in curved for i in sides)
-        values = iter(ExpressionGraph(graph.instructions, places).rebuilt(symbols))
-        vanishing = [_vanishing(name, [next(values) for _ in sides]) for name, sides in curved]
-        found |= _crossings(vanishing, np.array([start, *sorted(found), end]))
-    return tuple(sorted(found)) if len(found) <= _MOST else ()
+    places = tuple(i for _, sides in compared for i in sides)
+    values = iter(ExpressionGraph(graph.instructions, places).rebuilt(symbols))
+    vanishing = [_vanishing(name, [next(values) for _ in sides]) for name, sides in compared]
+    found = _crossings(vanishing, start, end)
+    return found if len(found) <= _MOST else ()
 
 
 def _compared(instruction: Instruction) -> tuple[int, ...]:
@@ -117,22 +107,8 @@ def _vanishing(name: str, sides: Sequence[ca.SX]) -> ca.SX:
     return first - second
 
 
-def _difference(lines: Sequence[_Line | None]) -> _Line | None:
-    """The first line minus the second one if there is one, None where one is no line."""
-    first, second = [*lines, (0.0, 0.0)][:2]
-    if first is None or second is None:
-        return None
-    return first[0] - second[0], first[1] - second[1]
-
-
-def _crossings(functions: Sequence[ca.SX], known: Array) -> set[float]:
-    """Times at which functions of time alone change their signs.
-
-    Parameters
-    ----------
-    known : (m,)
-        Times that are sampled as well, in order, from the start of the phase to its end [s].
-    """
+def _crossings(functions: Sequence[ca.SX], start: float, end: float) -> tuple[float, ...]:
+    """Times inside a phase at which functions of time alone change their signs, in order [s]."""
     stacked = ca.densify(ca.vertcat(*functions))
     function = ca.Function("compared", [TIME.symbol], [stacked])
 
@@ -140,8 +116,7 @@ def _crossings(functions: Sequence[ca.SX], known: Array) -> set[float]:
         return np.array(function(ca.DM(times).T)).reshape(len(functions), -1)
 
     # a pulse may lie between the samples: its function comes near to zero there
-    start, end = known[0], known[-1]
-    times = np.union1d(np.linspace(start, end, _SAMPLES), known)
+    times = np.linspace(start, end, _SAMPLES)
     for _ in range(_ZOOMS):
         near = np.abs(values(times))
         lowest = (near[:, 1:-1] <= near[:, :-2]) & (near[:, 1:-1] <= near[:, 2:])
@@ -157,7 +132,7 @@ def _crossings(functions: Sequence[ca.SX], known: Array) -> set[float]:
     for above in (np.greater, np.greater_equal):
         numbers, rows = np.nonzero(np.diff(above(values(times), 0.0), axis=1))
         if numbers.size > _MOST:
-            return set()
+            return ()
         if numbers.size == 0:
             continue
         low, high, each = times[rows], times[rows + 1], np.arange(numbers.size)
@@ -168,39 +143,12 @@ def _crossings(functions: Sequence[ca.SX], known: Array) -> set[float]:
             low, high = np.where(same, middle, low), np.where(same, high, middle)
         found.update(high.tolist())
 
-    # of those that differ by rounding one, and those that were known as they are
-    kept, beside = known.tolist(), BESIDE * max(abs(start), abs(end))
+    # of those that differ by rounding one
+    kept, beside = [start], BESIDE * max(abs(start), abs(end))
     for time in sorted(found):
-        if start < time < end and np.abs(time - np.array(kept)).min() > beside:
+        if time - kept[-1] > beside and end - time > beside:
             kept.append(time)
-    return set(kept[known.size :])
-
-
-def _line(instruction: Instruction, operands: Sequence[_Line | None], clock: int) -> _Line | None:
-    """The result of an operation as a line in time, None if it is none."""
-    name = instruction.operation
-    if name == "number":
-        return 0.0, instruction.number
-    if name == "symbol":
-        return (1.0, 0.0) if instruction.operands[0] == clock else None
-
-    known = [line for line in operands if line is not None]
-    if len(known) < len(operands) or instruction.function is not None:
-        return None
-    slopes, values = zip(*known, strict=True)
-    if name == "neg":
-        return -slopes[0], -values[0]
-    if name == "twice":
-        return 2 * slopes[0], 2 * values[0]
-    if name == "add":
-        return slopes[0] + slopes[1], values[0] + values[1]
-    if name == "sub":
-        return slopes[0] - slopes[1], values[0] - values[1]
-    if name == "mul" and 0.0 in slopes:
-        return slopes[0] * values[1] + slopes[1] * values[0], values[0] * values[1]
-    if name == "div" and slopes[1] == 0.0 and values[1] != 0.0:
-        return slopes[0] / values[1], values[0] / values[1]
-    return None
+    return tuple(kept[1:])
 
 
 def within(times: Array, left: Array, right: Array) -> Array:
