@@ -75,8 +75,7 @@ if TYPE_CHECKING:
     from ocp.diagnostics.tolerances import Tolerances
     from ocp.mesh.coarsening import coarsened
     from ocp.nlp.ipopt import Ipopt
-    from ocp.nlp.result import NlpResult
-    from ocp.nlp.solver import NlpSolver
+    from ocp.nlp.solver import NlpResult, NlpSolver
     from ocp.refinement.mesh_iteration import MeshIteration
     from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
     from ocp.refinement.policies.moving_mesh import MovingMesh
@@ -105,8 +104,7 @@ _LATER = {
     "analysis.starts.multistart": ("Audit", "audit"),
     "mesh.coarsening": ("coarsened",),
     "nlp.ipopt": ("Ipopt",),
-    "nlp.result": ("NlpResult",),
-    "nlp.solver": ("NlpSolver",),
+    "nlp.solver": ("NlpResult", "NlpSolver"),
     "refinement.mesh_iteration": ("MeshIteration",),
     "refinement.policies.adaptive_mesh": ("AdaptiveMesh",),
     "refinement.policies.moving_mesh": ("MovingMesh",),

@@ -18,8 +18,7 @@ from ocp.mesh.first_mesh import following
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.nlp.collapse import collapsed
-from ocp.nlp.failures import failure, remedy_for_kinks
+from ocp.nlp.failures import collapsed, failure, remedy_for_kinks
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.checks_before_solve import check_before_solve

@@ -22,8 +22,7 @@ from ocp.estimates.motion_errors import MotionErrors
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import StartingPoint
+from ocp.nlp.solver import NlpResult, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.parameters import Parameters, parameters_of

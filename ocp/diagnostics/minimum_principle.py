@@ -24,9 +24,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.estimates.active_set_changes import active_set_changes
 from ocp.estimates.constrained_arcs import (
+    CollocationPoints,
+    active_set_changes,
     changes_by_time,
+    collocation_points,
     gains_by_means,
     stretches_of,
 )
@@ -38,7 +40,6 @@ from ocp.optimality.active_set import (
     share_at_limit,
 )
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
-from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
 

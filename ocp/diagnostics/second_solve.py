@@ -24,8 +24,7 @@ from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, PhaseMesh, cut_in_two
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.ipopt import Ipopt
-from ocp.nlp.result import Outcome
-from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.nlp.solver import NlpSolver, Outcome, StartingPoint
 from ocp.optimality.iterate import Iterate
 from ocp.progress import Progress
 from ocp.scaling.automatic import scales_of, variation_of_objective

@@ -2,11 +2,9 @@
 
 `motion_errors` measures dynamics and limits between the points. `error_estimate` puts that together
 with what is lost. `promised_gain` says what finer controls could bring, `constrained_arcs` what is
-lost where a path acts, `missed_switches` what a breakpoint at the wrong place costs,
-`back_off_cost` what limits that are backed off keep, and `excess_price` what an excess is worth and
-raised peaks cost. `other_controls` says what controls far away could gain.
+lost where a path acts, `missed_switches` what a breakpoint at the wrong place costs, and
+`excess_price` what an excess is worth and raised peaks cost. `other_controls` says what controls
+far away could gain.
 
-`switch_detection` finds the jumps of controls, `control_resolution` says how well their shapes are
-resolved, `active_set_changes` where limits are met or left, and `kink_crossings` where the motion
-crosses kinks. `dense_samples` are nowhere far apart, however long an interval is.
+`switch_detection` finds the jumps of controls, and `kink_crossings` where the motion crosses kinks.
 """

@@ -18,8 +18,7 @@ from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
 from ocp.nlp.interrupts import noted_interrupts
 from ocp.nlp.kept import WatchedRun, kept_solver
-from ocp.nlp.result import NlpResult, Outcome
-from ocp.nlp.solver import Listener, StartingPoint
+from ocp.nlp.solver import Listener, NlpResult, Outcome, StartingPoint
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 

@@ -4,13 +4,22 @@ Making one takes as long as several iterations of a small program: CasADi works 
 patterns and sets IPOPT up. Along a family of motions the program stays, and only numbers change.
 Its callback belongs to the object. What one run looks after is an object of its own, which the
 callback is given for as long as the run lasts.
+
+The linear solver has one thread for its dense blocks. The blocks of a collocated problem are small.
+On an idle machine a second thread gains nothing, and on one with other work it spins while it waits
+for a processor: a solve then takes several times as long. CasADi's wheel brings an OpenBLAS of its
+own, which takes all processors unless it is told.
 """
 
 from __future__ import annotations
 
+import ctypes
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -18,10 +27,39 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.nlp.blas_threads import keep_to_one_thread
 from ocp.nlp.interrupts import Interrupts
 from ocp.nlp.solver import Listener
 from ocp.transcription.kernels import Program
+
+# The environment variable by which a user asks for more. OMP_NUM_THREADS does not count: it is set
+# for the tasks of a parallel linear solver, each of which wants one thread.
+ASKED = "OPENBLAS_NUM_THREADS"
+
+# On Linux and on Windows, beside CasADi. On macOS and in other builds it has a library of the
+# system, which other packages use as well: that stays as it is.
+_NAMES = ("libcasadi-tp-openblas.so.0", "libcasadi-tp-openblas.dll")
+
+
+@cache
+def casadi_blas() -> ctypes.CDLL | None:
+    """The OpenBLAS that CasADi's solvers alone use; None if they share one with others."""
+    for name in _NAMES:
+        path = Path(ca.__file__).parent / name
+        if path.exists():
+            return ctypes.CDLL(str(path))
+    return None
+
+
+@cache
+def keep_to_one_thread() -> None:
+    """Give CasADi's OpenBLAS one thread, once in a process, unless the user asks for a number.
+
+    NumPy and SciPy have libraries of their own, whose threads stay as they are.
+    """
+    library = casadi_blas()
+    if library is not None and not os.environ.get(ASKED):
+        library.openblas_set_num_threads(1)
+
 
 # what the callback is given, of CasADi's results of a solver in this order
 _GIVEN = ("x", "f", "g")

@@ -10,8 +10,8 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.collapse import VANISHED
-from ocp.nlp.result import NlpResult
+from ocp.nlp.failures import VANISHED
+from ocp.nlp.solver import NlpResult
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem

@@ -28,7 +28,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
 from ocp.optimality.iterate import Iterate
-from ocp.transcription.interval_groups import IntervalGroup
+from ocp.transcription.columns import IntervalGroup
 from ocp.transcription.rows import PathRows
 from ocp.transcription.transcribe import Transcription
 

@@ -25,8 +25,8 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.expression_graph import Instruction, graph_of
-from ocp.numerics.linearity import is_linear
 from ocp.numerics.piecewise_polynomial import bernstein
+from ocp.numerics.polynomial_expressions import is_linear
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import pieces_over
 from ocp.problem.problem import Problem

@@ -21,7 +21,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.numerics.columnwise import columnwise
-from ocp.numerics.stepwise_operations import stepwise_operations
+from ocp.numerics.kinks import stepwise_operations
 from ocp.problem.symbols import (
     Constant,
     Signal,

@@ -14,10 +14,9 @@ from functools import lru_cache
 
 import casadi as ca
 
-from ocp.numerics.linearity import is_linear, is_quadratic
-from ocp.numerics.polynomial_expressions import polynomial_degree
+from ocp.numerics.kinks import stepwise_operations
+from ocp.numerics.polynomial_expressions import is_linear, is_quadratic, polynomial_degree
 from ocp.numerics.schemes import Scheme
-from ocp.numerics.stepwise_operations import stepwise_operations
 from ocp.problem.functionals import pieces_over
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem

@@ -13,7 +13,7 @@ import casadi as ca
 
 from ocp.errors import StatementError, StatementWarning
 from ocp.keywords import checked_keywords
-from ocp.numerics.linearity import is_linear
+from ocp.numerics.polynomial_expressions import is_linear
 from ocp.problem.bounds import Bound, checked_bounds
 from ocp.problem.discontinuities import Discontinuity, discontinuities
 from ocp.problem.functionals import (

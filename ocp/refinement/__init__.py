@@ -4,10 +4,10 @@
 `attempts` as it takes and within the `budget`. A `solved_mesh` is what the solver finished, and
 `mesh_iteration` its record. `first_round` tries other starts on the first mesh.
 
-`policies` make the next mesh. A refinement rule of one's own is a
-`policies.policy.MeshPolicy`. `endings` say when no finer mesh would help, and `stopped` makes
-the error of a refinement without an answer.
+`policies` make the next mesh. A refinement rule of one's own is a `policies.policy.MeshPolicy`.
+`endings` say when no finer mesh would help, and `stopped` makes the error of a refinement without
+an answer.
 
-`raised_peaks` sets peaks to what the motion has between its points, `impulses` and `growth` find
-what needs a limit, and `saddles` looks for what is better than an answer, for those who ask.
+`raised_peaks` sets peaks to what the motion has between its points, `runaway` finds what needs a
+limit, and `saddles` looks for what is better than an answer, for those who ask.
 """

@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.nlp.solver import NlpResult, NlpSolver, StartingPoint
 from ocp.refinement.budget import Budget
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 

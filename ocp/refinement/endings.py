@@ -10,10 +10,9 @@ from ocp.errors import Collapsed, NumericalTrouble, Unbounded
 from ocp.estimates.kink_crossings import NEAR
 from ocp.optimality.unwrapping import lost_angle
 from ocp.problem.display import with_unit
-from ocp.refinement.growth import growth
-from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.planning import History, NextStep
+from ocp.refinement.runaway import growth, impulse
 from ocp.refinement.solved_mesh import (
     OVERPROMISE,
     VERIFIABLE_SLACK,

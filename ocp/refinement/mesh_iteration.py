@@ -9,7 +9,7 @@ from operator import attrgetter
 
 from ocp.later import lazy_fields, read_later
 from ocp.mesh.mesh import Mesh
-from ocp.nlp.result import NlpResult
+from ocp.nlp.solver import NlpResult
 from ocp.refinement.solved_mesh import SolvedMesh
 
 

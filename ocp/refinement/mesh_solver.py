@@ -13,8 +13,7 @@ from ocp.later import later
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import Listener, NlpSolver, StartingPoint
+from ocp.nlp.solver import Listener, NlpResult, NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.optimality.unwrapping import unwrapped
 from ocp.optimality.warm_start import carried_multipliers

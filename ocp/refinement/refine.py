@@ -18,7 +18,7 @@ from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.planning import History, PlannedMesh, first_plan, gap, look_at, next_plan
-from ocp.refinement.policies.movable import most_iterations
+from ocp.refinement.policies.brackets import most_iterations
 from ocp.refinement.raised_peaks import verifiable
 from ocp.refinement.solved_mesh import Ending, SolvedMesh, objective_error
 from ocp.refinement.stopped import budget_spent, interrupted

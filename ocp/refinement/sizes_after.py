@@ -13,8 +13,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.scaling.automatic import scales_of
-from ocp.scaling.far_sizes import far_below_limits, is_brief, roomy
-from ocp.scaling.scales import Scales
+from ocp.scaling.scales import Scales, far_below_limits, is_brief, roomy
 from ocp.scaling.symbol_sizes import largest_end_value
 from ocp.scaling.variations import FRACTIONS, NOTHING, largest_finite
 

@@ -14,7 +14,7 @@ from ocp.estimates.kink_crossings import NEAR
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.later import lazy_fields
 from ocp.optimality.iterate import Iterate
-from ocp.scaling.far_sizes import roomy
+from ocp.scaling.scales import roomy
 
 # Factor by which constraints may miss their tolerance in a mesh iteration that is good enough to be
 # verified where no better one was found: the slack that the verification has, too.

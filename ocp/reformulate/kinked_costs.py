@@ -27,7 +27,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 
 from ocp.numerics.expression_graph import graph_of
-from ocp.numerics.linearity import is_linear
+from ocp.numerics.polynomial_expressions import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional, Integral
 from ocp.problem.phase import Phase

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 
 from ocp.numerics.expression_graph import ExpressionGraph, graph_of
-from ocp.numerics.linearity import is_linear
+from ocp.numerics.polynomial_expressions import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
 from ocp.problem.phase import Phase

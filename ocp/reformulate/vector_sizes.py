@@ -16,7 +16,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.numerics.expression_graph import ExpressionGraph, Instruction
-from ocp.numerics.linearity import is_linear
+from ocp.numerics.polynomial_expressions import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.symbols import Constant, Control, Symbol, is_limited, resolve, scalar
 from ocp.problem.texts import unit_of

@@ -1,13 +1,142 @@
-"""Typical sizes, in the units of the statement."""
+"""Typical sizes, in the units of the statement, and what they are worth.
+
+A motion may stay far below sizes that limits or statements gave. Limits of plus and minus 1e6,
+written for none, say nothing of how large a signal or an unknown is.
+
+What a replay misses is relative to sizes of its own. The size of a state follows its values. One
+that moves by a small part of them, such as a metre at a radius of 1e9 m, may stay where it is and
+miss its end by next to nothing of that size. So the miss of such a state is held against the way
+that it is to go.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
+from ocp.mesh.initial_guess import InitialGuess
+from ocp.mesh.trajectory import Trajectory
 from ocp.problem.functionals import Functional
-from ocp.scaling.symbol_sizes import STATED
+from ocp.problem.parameters import Parameters
+from ocp.scaling.symbol_sizes import BOUNDS, GUESSED_NUMBER, STATED
+from ocp.scaling.variations import FRACTIONS, largest_finite
+
+# Part of its values, below which the way of a state counts instead of them, and up to which two
+# numbers are one, computed in two ways
+_FAR = 1e-3
+_SAME = 1e-13
+
+# Where in each interval the range of a state is looked at
+_LOOKS = np.array([0.0, 0.5, 1.0])
+
+
+def error_sizes(
+    parameters: Parameters, trajectory: Trajectory, sizes: Mapping[str, float]
+) -> dict[str, float]:
+    """Sizes of the states by name, to which the misses of their ends are relative.
+
+    The way of a state is from one stated end value to another one, or the range of its values
+    where that is more, as for a joint that swings out and comes back.
+
+    Parameters
+    ----------
+    sizes : mapping of str to float
+        Typical sizes of the signals by name [their units].
+    """
+    stated: dict[str, list[float]] = {}
+    for values in (parameters.initial_values, parameters.final_values):
+        for (_, name), (lower, upper) in values.items():
+            if lower == upper:
+                stated.setdefault(name, []).append(lower)
+    found = {name: sizes[name] for phase in trajectory.phases for name in phase.states}
+    for name, numbers in stated.items():
+        largest = max(abs(number) for number in numbers)
+        apart = [abs(a - b) for a in numbers for b in numbers]
+        least = min((way for way in apart if way > _SAME * largest), default=largest)
+        way = max(least, _range(trajectory, name))
+        if way < _FAR * largest:
+            found[name] = min(found[name], way)
+    return found
+
+
+def _range(trajectory: Trajectory, name: str) -> float:
+    """Largest minus least value of a state, at the ends and in the middle of each interval."""
+    seen = [
+        motion.polynomial(name).value(
+            np.repeat(np.arange(motion.intervals), _LOOKS.size), np.tile(_LOOKS, motion.intervals)
+        )
+        for motion in trajectory.phases
+        if name in motion.states
+    ]
+    return float(np.ptp(np.concatenate(seen)))
+
+
+# Factor by which a size may be more than a signal has in a motion. Limits of plus and minus 1e4
+# around motions of one were tried on 75 problems, and hid no optimum; those of 1e6 did.
+ROOMY = 1e4
+
+# Of the typical duration: ten times the least, which what shrinks ends near
+SHRUNK = 1e-8
+
+# where sizes come from that limits may have made too large
+_OF_LIMITS = {BOUNDS, GUESSED_NUMBER}
+
+
+def near_limits(limits: Sequence[float], typical: float) -> list[float]:
+    """Absolute values of the finite limits of something that a motion with such a value may feel.
+
+    A limit of plus and minus 1e6, written for none, says nothing of how large something is.
+    """
+    finite = [abs(limit) for limit in limits if math.isfinite(limit)]
+    return [limit for limit in finite if limit <= ROOMY * typical]
+
+
+def far_below_limits(scales: Scales, motion: InitialGuess) -> Set[str]:
+    """Signals and unknowns far below a size that their limits gave; they may also be zero."""
+    return _far_below(scales, motion, _OF_LIMITS)
+
+
+def is_brief(scales: Scales, motion: InitialGuess) -> bool:
+    """Whether a motion lasts far less than limits of its times gave for long, and yet some time.
+
+    One that has shrunk to the least duration says nothing of how long anything takes.
+    """
+    longest = max(phase.end - phase.start for phase in motion.phases.values())
+    return SHRUNK * scales.time < longest < scales.time / ROOMY
+
+
+def roomy(scales: Scales, of_motion: Scales, factor: float = ROOMY) -> list[str]:
+    """Signals and unknowns whose limits gave sizes many times those of a motion, as 1e6 may be."""
+    return _many_times(scales, of_motion, _OF_LIMITS, factor)
+
+
+def _far_below(scales: Scales, motion: InitialGuess, reasons: Set[str]) -> Set[str]:
+    """Those of a motion that stay far below sizes for which there are such reasons."""
+    phases = [phase.at_fractions(FRACTIONS) for phase in motion.phases.values()]
+
+    def largest(name: str) -> float:
+        if name in motion.unknowns:
+            return largest_finite(motion.unknowns[name])
+        return max(largest_finite(values.get(name, 0.0)) for values in phases)
+
+    return {name for name, size in _given(scales, reasons) if ROOMY * largest(name) < size}
+
+
+def _many_times(scales: Scales, of_motion: Scales, reasons: Set[str], factor: float) -> list[str]:
+    """Those whose sizes, for which there are such reasons, are many times those of a motion."""
+    sizes = of_motion.symbols
+    return [name for name, size in _given(scales, reasons) if size > factor * sizes[name]]
+
+
+def _given(scales: Scales, reasons: Set[str]) -> Iterator[tuple[str, float]]:
+    """Names and sizes for which there are such reasons."""
+    for name, size, why in scales.symbols_with_reasons:
+        if why in reasons:
+            yield name, size
 
 
 @dataclass(frozen=True, repr=False)

@@ -2,5 +2,5 @@
 
 `transcribe` is the way in. `columns` places the unknowns and `rows` the constraints. `blocks`
 states them, `kernels` assembles programs from small functions that are differentiated once, and
-`packing` goes between decision vectors and trajectories. `row_names` says what each row is.
+`packing` goes between decision vectors and trajectories.
 """

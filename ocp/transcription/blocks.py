@@ -28,8 +28,7 @@ from ocp.problem.functionals import (
 )
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import resolve
-from ocp.transcription.columns import PhaseColumns
-from ocp.transcription.interval_groups import IntervalGroup
+from ocp.transcription.columns import IntervalGroup, PhaseColumns
 from ocp.transcription.kernel_builder import (
     KernelBuilder,
     KernelContext,

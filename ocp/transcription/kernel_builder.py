@@ -20,8 +20,7 @@ from ocp.problem.kinks import crossable_kinks
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.scaling.scales import Scales
-from ocp.transcription.columns import Columns, PhaseColumns
-from ocp.transcription.interval_groups import IntervalGroup
+from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns
 from ocp.transcription.kernels import Block, Kernel
 
 

@@ -14,8 +14,7 @@ from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Control, State, Time, resolve
-from ocp.scaling.far_sizes import near_limits
-from ocp.scaling.scales import Scales
+from ocp.scaling.scales import Scales, near_limits
 from ocp.transcription.columns import PhaseColumns
 
 # Of the largest value of a constraint: a scale that is smaller would ask for more digits than sums

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.known_times import with_known_times
-from ocp.mesh.mesh import Mesh
+from ocp.mesh.mesh import Mesh, with_points
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Piecewise
+from ocp.problem.symbols import Between, Piecewise
 from ocp.scaling.scales import Scales
 from ocp.transcription.blocks import blocks_of
 from ocp.transcription.columns import Columns, columns_of
@@ -22,6 +21,25 @@ from ocp.transcription.kernel_builder import KernelContext
 from ocp.transcription.kernels import Program
 from ocp.transcription.path_constraints import PathConstraint, path_constraints
 from ocp.transcription.rows import Rows
+
+
+def with_known_times(problem: Problem, mesh: Mesh) -> Mesh:
+    """The mesh with a breakpoint at every known time; the very same one where it has them already.
+
+    Points and back-offs between the collocation points count by interval, and are left out where
+    intervals were added.
+    """
+    phases = []
+    for phase, own in zip(problem.phases, mesh.phases, strict=True):
+        if instants := problem.instants[phase.name]:
+            # no phase of a free time has such instants
+            assert not isinstance(phase.start, Between)
+            assert not isinstance(phase.end, Between)
+            start, end = float(phase.start), float(phase.end)
+            own = with_points(own, (np.array(instants) - start) / (end - start))
+        phases.append(own)
+    same = all(a.intervals == b.intervals for a, b in zip(phases, mesh.phases, strict=True))
+    return mesh if same else Mesh(tuple(phases))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -14,7 +14,7 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.problem.parameters import parameters_of
 from ocp.reformulate.form import Form
-from ocp.scaling.error_sizes import error_sizes
+from ocp.scaling.scales import error_sizes
 from ocp.verification.simulation import MOST, SimulatedMotion, replayed, simulate
 
 

@@ -43,7 +43,7 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.symbols import resolve
-from ocp.scaling.far_sizes import near_limits
+from ocp.scaling.scales import near_limits
 from ocp.verification.replayed_answer import ReplayedAnswer
 
 # The end of a verdict that no second solve stands behind

@@ -19,7 +19,7 @@ from ocp import (
     save,
     solve,
 )
-from ocp.estimates.back_off_cost import back_off_costs
+from ocp.estimates.promised_gain import back_off_costs
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.refinement.policies import adaptive_mesh, back_off
 

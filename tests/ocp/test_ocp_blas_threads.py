@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocp.nlp.blas_threads import casadi_blas
+from ocp.nlp.kept import casadi_blas
 
 ROOT = Path(__file__).parents[2]
 NUMPYS = list(Path(np.__file__).parents[1].glob("numpy.libs/libscipy_openblas64_*"))
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(
 SOLVE = """
 import ctypes, sys
 from ocp import Control, Phase, Problem, State, solve
-from ocp.nlp.blas_threads import casadi_blas
+from ocp.nlp.kept import casadi_blas
 
 ours = casadi_blas()
 ours.openblas_set_num_threads(4)

@@ -16,9 +16,10 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.estimates.active_set_changes import active_set_changes
 from ocp.estimates.constrained_arcs import (
+    active_set_changes,
     arc_gains,
+    collocation_points,
     shift_gains,
     stretches_of,
     with_ends,
@@ -30,7 +31,6 @@ from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.active_set import acting_on_states
 from ocp.optimality.hamiltonian import hamiltonian_of
-from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import phase_costates
 from ocp.problem.parameters import parameters_of

@@ -22,7 +22,7 @@ from ocp import (
     solve,
 )
 from ocp.analysis.sensitivity import ActiveSetWarning, slopes_by_multipliers
-from ocp.numerics.stepwise_operations import stepwise_operations
+from ocp.numerics.kinks import stepwise_operations
 
 x, speed = State("x", "m"), Control("speed", "m/s")
 

@@ -27,7 +27,7 @@ from ocp import (
 )
 from ocp.mesh.initial_guess import initial_guess, states_a_motion, states_only_lines
 from ocp.mesh.simulated_guess import simulated_guesses
-from ocp.nlp.result import NlpResult
+from ocp.nlp.solver import NlpResult
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.budget import Budget
 from ocp.refinement.first_round.starts import MeshRound

@@ -9,8 +9,7 @@ import pytest
 
 from ocp import Between, Control, Ipopt, Phase, Problem, Settings, State, prepare
 from ocp.nlp.kept import KeptSolver
-from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import Listener, StartingPoint
+from ocp.nlp.solver import Listener, NlpResult, StartingPoint
 from ocp.problem.parameters import parameters_of
 from ocp.transcription.kernels import Block, Kernel, Program
 from ocp.transcription.transcribe import ProgramLimits, Transcription

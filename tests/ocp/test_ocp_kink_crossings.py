@@ -25,10 +25,8 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.kinks import KinkSurfaces
 from ocp.problem.kinks import crossable_kinks
 from ocp.refinement.policies.kink_breakpoints import (
-    AwaitedCrossings,
     CrossedMesh,
     are_met,
-    expected_places,
     with_crossings,
     with_sides,
 )
@@ -207,32 +205,6 @@ def crossed(breakpoints, places, behind=(1, -1)):
     return CrossedMesh(mesh, fractions, found)
 
 
-def expected(solved):
-    (places,) = expected_places([solved])
-    return places
-
-
-def test_crossings_that_move_with_their_breakpoints_are_met_after_three_meshes():
-    truth, moves = np.array([0.31, 0.68]), np.array([[0.6, -0.2], [0.3, -1.4]])
-
-    def after(breakpoints):
-        return crossed(breakpoints, truth + moves @ (breakpoints - truth))
-
-    first = after(truth + np.array([0.004, -0.003]))
-    assert np.array_equal(expected([first]), first.crossings.places)
-    second = after(expected([first]))
-    third = after(expected([first, second]))
-    assert expected([first, second, third]) == pytest.approx(truth, abs=1e-12)
-
-
-def test_crossings_of_other_kinks_say_nothing():
-    first, second = (
-        crossed([0.3, 0.7], [0.31, 0.69], (-1, 1)),
-        crossed([0.31, 0.69], [0.312, 0.688]),
-    )
-    assert np.array_equal(expected([first, second]), second.crossings.places)
-
-
 def test_breakpoints_that_come_no_nearer_are_given_up():
     nearing = [crossed([0.3, 0.7], [0.3 + 0.01 * 0.5**k, 0.7]) for k in range(8)]
     staying = [crossed([0.3, 0.7], [0.31, 0.7]) for _ in range(5)]
@@ -243,12 +215,11 @@ def test_breakpoints_that_come_no_nearer_are_given_up():
 
 def test_a_breakpoint_follows_its_crossing_and_leaves_known_times_alone():
     solved = crossed([0.3, 0.7], [0.305, 0.7])
-    awaited = AwaitedCrossings(solved, np.array([0.305, 0.7]))
-    moved = with_crossings(solved.mesh, awaited, np.empty(0), 1e-8)
+    moved = with_crossings(solved.mesh, solved, np.empty(0), 1e-8)
     assert moved.moved.tolist() == [True, False]
     expected = np.sort(np.append(np.delete(uniform(10, 4).breakpoints, 3), 0.305))
     assert moved.mesh.breakpoints == pytest.approx(expected)
-    held = with_crossings(solved.mesh, awaited, np.array([0.3]), 1e-8)
+    held = with_crossings(solved.mesh, solved, np.array([0.3]), 1e-8)
     assert {0.3, 0.305} <= set(np.round(held.mesh.breakpoints, 12).tolist())
 
     sides = with_sides(moved.mesh, moved.crossings, 1e-8).sides

@@ -3,7 +3,7 @@
 import casadi as ca
 import pytest
 
-from ocp.numerics.linearity import is_linear, is_quadratic
+from ocp.numerics.polynomial_expressions import is_linear, is_quadratic
 
 X, Y = ca.SX.sym("x"), ca.SX.sym("y")
 BOTH = ca.vertcat(X, Y)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from ocp import Ipopt
-from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import StartingPoint
+from ocp.nlp.solver import NlpResult, StartingPoint
 from ocp.refinement.attempts import with_retries
 from ocp.refinement.budget import Budget
 from ocp.refinement.mesh_iteration import MeshIteration

@@ -20,9 +20,9 @@ from ocp import (
 )
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import ExtraPoints, PhaseMesh, uniform
+from ocp.nlp.failures import row_kinds
 from ocp.problem.parameters import parameters_of
 from ocp.scaling.automatic import scales_of
-from ocp.transcription.row_names import row_kinds
 from ocp.transcription.transcribe import Transcription, transcribe
 
 

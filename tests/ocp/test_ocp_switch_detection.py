@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import Accuracy, Control, Phase, PhaseTrajectory, Problem, Radau, Settings, State, solve
-from ocp.estimates.control_resolution import (
+from ocp.estimates.error_estimate import MeshErrors
+from ocp.estimates.promised_gain import (
     control_errors,
     parts_to_resolve,
     saturated,
 )
-from ocp.estimates.error_estimate import MeshErrors
 from ocp.estimates.switch_detection import (
     Jump,
     control_jumps,
@@ -30,8 +30,7 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
-from ocp.refinement.policies.brackets import settled, with_brackets
-from ocp.refinement.policies.movable import hindered, most_iterations
+from ocp.refinement.policies.brackets import hindered, most_iterations, settled, with_brackets
 from ocp.refinement.solved_mesh import SolvedMesh
 
 

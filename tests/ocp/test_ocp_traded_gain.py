@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from ocp import Bound, Control, Phase, Problem, State, certify, solve
-from ocp.optimality.control_gains import _shares
-from ocp.optimality.shared_limits import SharedLimit, limits_by_group, traded_gain
+from ocp.optimality.control_gains import SharedLimit, _shares, limits_by_group, traded_gain
 
 number = st.floats(-2.0, 2.0).filter(lambda value: abs(value) > 1e-2)
 # no room within the 1e-7 to which the linear program keeps its limits, but for none

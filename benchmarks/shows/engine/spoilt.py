@@ -31,7 +31,7 @@ from benchmarks.shows.engine.variant import Variant, catalogue
 from benchmarks.shows.show import Question, Row
 from ocp import FixedMesh, Settings, Solution, certify, solve
 from ocp.errors import OcpError, StatementWarning
-from ocp.estimates.back_off_cost import unit_costs
+from ocp.estimates.promised_gain import unit_costs
 from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
 from ocp.optimality.active_set import path_multiplier_sums
 from ocp.optimality.iterate import iterate_of

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.estimates.other_controls.dependence import (
+from ocp.estimates.other_controls.limits import (
     are_tied,
     dependence_on_controls,
     tried_signals,

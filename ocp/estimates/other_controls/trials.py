@@ -14,8 +14,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.estimates.other_controls.dependence import dependence_on_controls, tried_signals
-from ocp.estimates.other_controls.limits import ControlLimits
+from ocp.estimates.other_controls.limits import ControlLimits, dependence_on_controls, tried_signals
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.iterate import Iterate

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
-from ocp.numerics.linearity import is_linear
+from ocp.numerics.polynomial_expressions import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import AnyFunctional, Peak
 from ocp.problem.parameters import Parameters

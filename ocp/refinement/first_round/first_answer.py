@@ -31,10 +31,8 @@ import numpy as np
 
 from ocp.mesh.initial_guess import states_a_motion, states_only_lines
 from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.collapse import collapsed
-from ocp.nlp.failures import counted
-from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.nlp.failures import collapsed, counted
+from ocp.nlp.solver import NlpResult, NlpSolver, StartingPoint
 from ocp.refinement.first_round.convexity import seems_convex
 from ocp.refinement.first_round.starts import (
     PATIENCE,
@@ -45,7 +43,7 @@ from ocp.refinement.first_round.starts import (
 )
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.sizes_after import OUTSIZED
-from ocp.scaling.far_sizes import SHRUNK
+from ocp.scaling.scales import SHRUNK
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 

@@ -19,8 +19,7 @@ from math import inf
 
 from ocp.estimates.motion_errors import MotionErrors
 from ocp.mesh.phase_times import meet_freely
-from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import StartingPoint
+from ocp.nlp.solver import NlpResult, StartingPoint
 from ocp.refinement.first_round.starts import (
     PATIENCE,
     MeshAnswer,

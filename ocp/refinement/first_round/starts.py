@@ -10,8 +10,7 @@ import numpy as np
 
 from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.nlp.solver import NlpResult, NlpSolver, StartingPoint
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import decision_vector

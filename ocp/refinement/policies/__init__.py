@@ -3,5 +3,5 @@
 `policy` says what is asked of a policy. `adaptive_mesh` is the default: it decides what the whole
 mesh demands, and `next_phase` makes the next mesh of each phase. There `marks` say which intervals
 are cut, `brackets` stand around jumps, `kink_breakpoints` on kinks, and `back_off` closes leaks.
-`movable` tells when moving breakpoints are in the way. `moving_mesh` is for families.
+`moving_mesh` is for families.
 """

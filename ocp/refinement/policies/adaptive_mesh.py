@@ -16,9 +16,8 @@ from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import Mesh, PhaseMesh, bisected
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.policies.back_off import chosen_back_offs
-from ocp.refinement.policies.brackets import with_movable_switches
-from ocp.refinement.policies.kink_breakpoints import awaited_crossings
-from ocp.refinement.policies.movable import hindered
+from ocp.refinement.policies.brackets import hindered, with_movable_switches
+from ocp.refinement.policies.kink_breakpoints import crossed_meshes
 from ocp.refinement.policies.next_phase import (
     MeshDemands,
     NextPhase,
@@ -155,12 +154,12 @@ class AdaptiveMesh:
             resolves_jumps=_resolves_jumps(last, accuracy),
         )
         back_offs = chosen_back_offs(last, accuracy, demands.closed)
-        awaited = awaited_crossings(solved, are_motions=demands.is_motion)
+        crossed = crossed_meshes(solved, is_motion=demands.is_motion)
 
         def phases_for(demands: MeshDemands) -> list[NextPhase]:
             return [
                 next_phase(last, index, demands, back_off, crossings)
-                for index, (back_off, crossings) in enumerate(zip(back_offs, awaited, strict=True))
+                for index, (back_off, crossings) in enumerate(zip(back_offs, crossed, strict=True))
             ]
 
         phases = phases_for(demands)

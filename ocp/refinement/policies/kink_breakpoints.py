@@ -5,10 +5,8 @@ is that of the side, also a little beyond the kink, so that the program is smoot
 point that is on the kink itself would be on either side by turns, and the solver would come to no
 end.
 
-An error of the place moves the crossing by a part of it, which differs from problem to problem:
-beyond the kink the costates go on as on the wrong side. After two meshes that part is known, and
-the breakpoint is put where both will meet (Anderson, "Iterative procedures for nonlinear integral
-equations", 1965).
+An error of the place moves the crossing by a part of it, so that both come nearer to each other
+from mesh to mesh.
 """
 
 from __future__ import annotations
@@ -23,12 +21,6 @@ from ocp.arrays import Array, Flags
 from ocp.estimates.kink_crossings import NEAR_WHILE_ROUGH, KinkCrossings
 from ocp.mesh.mesh import SAME_POINT, PhaseMesh
 from ocp.refinement.solved_mesh import SolvedMesh
-
-# Changes of a distance, relative to the largest one, that say nothing of the next mesh
-_NO_CHANGE = 1e-6
-
-# Times the farthest distance of a crossing from its breakpoint, beyond which none is expected
-_FARTHER = 10.0
 
 # Crossings by intervals of a mesh, and how many at least, beyond which it does not resolve them
 _TOO_MANY = 0.3
@@ -78,31 +70,6 @@ class CrossedMesh:
                 places[i] = over[np.abs(over - place).argmin()]
         return places
 
-    def same_crossings(self, other: CrossedMesh) -> bool:
-        """Whether another motion crosses the same kinks in the same order."""
-        ours, theirs = self.crossings, other.crossings
-        same = np.array_equal(ours.surfaces, theirs.surfaces)
-        return same and np.array_equal(ours.behind, theirs.behind)
-
-    def without_crossings(self) -> CrossedMesh:
-        """The same mesh, its crossings left out."""
-        return replace(self, crossings=self.crossings.none())
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class AwaitedCrossings:
-    """The crossings of a phase on the last mesh, and where they are expected on the next one.
-
-    Attributes
-    ----------
-    last : CrossedMesh
-    expected : (m,)
-        As fractions of the phase.
-    """
-
-    last: CrossedMesh
-    expected: Array
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class KinkBreakpoints:
@@ -123,7 +90,7 @@ class KinkBreakpoints:
     moved: Flags
 
 
-def _crossed_meshes(solved: Sequence[SolvedMesh]) -> list[list[CrossedMesh]]:
+def _histories(solved: Sequence[SolvedMesh]) -> list[list[CrossedMesh]]:
     """The solved meshes of each phase, with the crossings of their motions."""
     return [
         [
@@ -138,25 +105,20 @@ def _crossed_meshes(solved: Sequence[SolvedMesh]) -> list[list[CrossedMesh]]:
     ]
 
 
-def awaited_crossings(solved: Sequence[SolvedMesh], *, are_motions: bool) -> list[AwaitedCrossings]:
+def crossed_meshes(solved: Sequence[SolvedMesh], *, is_motion: bool) -> list[CrossedMesh]:
     """The crossings of each phase of the last mesh, those left out that cannot be met.
 
     Parameters
     ----------
-    are_motions : bool
+    is_motion : bool
         Whether the last mesh holds the dynamics well enough to say where kinks are crossed.
     """
-    histories = _crossed_meshes(solved)
-    left_out = [not (are_motions and are_met(history)) for history in histories]
-    histories = [
-        [each.without_crossings() for each in history] if out else history
-        for history, out in zip(histories, left_out, strict=True)
-    ]
-    expected = expected_places(histories)
-    return [
-        AwaitedCrossings(history[-1], places)
-        for history, places in zip(histories, expected, strict=True)
-    ]
+    found = []
+    for history in _histories(solved):
+        last = history[-1]
+        met = is_motion and are_met(history)
+        found.append(last if met else replace(last, crossings=last.crossings.none()))
+    return found
 
 
 def are_met(solved: Sequence[CrossedMesh]) -> bool:
@@ -173,45 +135,8 @@ def are_met(solved: Sequence[CrossedMesh]) -> bool:
     return not bool(np.any((now > NEAR_WHILE_ROUGH) & (now > _FALLING * then[: now.size])))
 
 
-def expected_places(solved: Sequence[Sequence[CrossedMesh]]) -> list[Array]:
-    """Where the crossings of the last motion will be once their breakpoints are there.
-
-    Parameters
-    ----------
-    solved : sequence of sequence of CrossedMesh
-        The solved meshes of each phase, as many of each.
-
-    Returns
-    -------
-    list of (m,)
-        Of each phase, as fractions of it.
-    """
-    last = [of_phase[-1] for of_phase in solved]
-    places = [each.crossings.places for each in last]
-    count = sum(own.size for own in places)
-
-    # as many differences as there are crossings, the latest ones, which are the smallest
-    crossed, off = list[Array](), list[Array]()
-    for mesh in reversed(list(zip(*solved, strict=True))):
-        stood = np.concatenate([each.stood for each in mesh])
-        same = all(each.same_crossings(own) for each, own in zip(mesh, last, strict=True))
-        if not same or np.isnan(stood).any() or len(off) > count:
-            break
-        crossed.insert(0, np.concatenate([each.crossings.places for each in mesh]))
-        off.insert(0, crossed[0] - stood)
-    if len(off) < 2 or not count:
-        return places
-
-    # the combination of meshes whose breakpoints are nearest to their crossings
-    shares, *_ = np.linalg.lstsq(np.diff(off, axis=0).T, off[-1], rcond=_NO_CHANGE)
-    ahead = -shares @ np.diff(crossed, axis=0)
-    if np.abs(ahead).max() > _FARTHER * np.abs(off[-1]).max():
-        return places
-    return np.split(crossed[-1] + ahead, np.cumsum([own.size for own in places])[:-1])
-
-
 def with_crossings(
-    mesh: PhaseMesh, awaited: AwaitedCrossings, known: Array, near: float
+    mesh: PhaseMesh, crossed: CrossedMesh, known: Array, near: float
 ) -> KinkBreakpoints:
     """A mesh with a breakpoint at each crossing of the last motion.
 
@@ -224,12 +149,12 @@ def with_crossings(
     near : float
         Of the phase, within which a breakpoint is at a crossing.
     """
-    before, crossings = mesh.breakpoints, awaited.last.crossings
+    before, crossings = mesh.breakpoints, crossed.crossings
     if not crossings.count:
         return KinkBreakpoints(mesh, crossings, np.empty(0, dtype=bool))
     nearest = before[np.abs(crossings.places[:, None] - before).argmin(axis=1)]
     moved = np.abs(crossings.places - nearest) > near
-    places = np.clip(awaited.expected, near, 1.0 - near)
+    places = np.clip(crossings.places, near, 1.0 - near)
     places = np.where(moved, places, nearest)
     if not moved.any():
         return KinkBreakpoints(mesh, replace(crossings, places=places), moved)
@@ -239,7 +164,7 @@ def with_crossings(
     wanted = places[moved]
     holders = np.clip(np.searchsorted(before, wanted) - 1, 0, mesh.intervals - 1)
     close = np.abs(before[:, None] - wanted) < _REPLACED * np.diff(before)[holders]
-    goes = close.any(axis=1) | np.isin(before, awaited.last.stood[moved])
+    goes = close.any(axis=1) | np.isin(before, crossed.stood[moved])
     stays = np.abs(before[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
     stays[[0, -1, *mesh.movable]] = True
     stays |= np.isin(before, nearest[~moved])

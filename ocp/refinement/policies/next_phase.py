@@ -17,7 +17,7 @@ from ocp.mesh.mesh import ExtraPoints, PhaseMesh, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.refinement.policies.back_off import without_closed
 from ocp.refinement.policies.brackets import freed_at, settled, with_brackets
-from ocp.refinement.policies.kink_breakpoints import AwaitedCrossings, with_crossings, with_sides
+from ocp.refinement.policies.kink_breakpoints import CrossedMesh, with_crossings, with_sides
 from ocp.refinement.policies.marks import WHOLE, Marks
 from ocp.refinement.solved_mesh import SolvedMesh
 
@@ -95,7 +95,7 @@ def next_phase(
     index: int,
     demands: MeshDemands,
     back_off: Mapping[int, Array],
-    awaited: AwaitedCrossings,
+    crossed: CrossedMesh,
 ) -> NextPhase:
     """The next mesh of phase number `index`.
 
@@ -103,14 +103,14 @@ def next_phase(
     ----------
     back_off : mapping of int to (N,)
         By path constraint, on the solved mesh: what is added to the back-offs that it has.
-    awaited : AwaitedCrossings
-        Where the motion of the next mesh will cross kinks.
+    crossed : CrossedMesh
+        Where the motion crosses kinks.
     """
     solved, motion = last.iterate.mesh.phases[index], last.iterate.trajectory.phases[index]
     errors = without_closed(last.errors.phases[index], back_off, demands.accuracy.path)
     known = motion.fractions_of(last.iterate.problem.instants[motion.name])
     base, blocked = settled(solved, motion, known) if solved.movable else (solved, False)
-    refined = _refined(last, index, demands, errors, base, awaited, blocked=blocked)
+    refined = _refined(last, index, demands, errors, base, crossed, blocked=blocked)
 
     leaks = any(float(e.values.max()) > demands.accuracy.path for e in errors.excess)
     backed_off = any(values.any() for values in back_off.values())
@@ -136,7 +136,7 @@ def _refined(
     demands: MeshDemands,
     errors: PhaseErrors,
     base: PhaseMesh,
-    awaited: AwaitedCrossings,
+    crossed: CrossedMesh,
     *,
     blocked: bool,
 ) -> PhaseMesh:
@@ -159,8 +159,8 @@ def _refined(
         errors = replace(errors, gain=np.where(beside(held), 0.0, errors.gain))
     bracketed = with_brackets(start, jumps, demands.brackets_move, known)
     near = NEAR if last.tight else NEAR_WHILE_ROUGH
-    crossed = with_crossings(bracketed or start, awaited, known, near)
-    errors = _without_errors_at(errors, motion, awaited.last.crossings.places[crossed.moved])
+    stops = with_crossings(bracketed or start, crossed, known, near)
+    errors = _without_errors_at(errors, motion, stops.crossings.places[stops.moved])
 
     # While a breakpoint is still on its way, gains are those of a control that will change, and so
     # are the errors of controls before each jump has its bracket.
@@ -175,8 +175,8 @@ def _refined(
         missed=max(demands.least_gain, objective),
         halve=halve or (demands.is_motion and unresolved),
     )
-    refined = marks.refine(crossed.mesh, base, demands.most_intervals)
-    return with_sides(refined, crossed.crossings, near)
+    refined = marks.refine(stops.mesh, base, demands.most_intervals)
+    return with_sides(refined, stops.crossings, near)
 
 
 def _back_off(
