@@ -63,12 +63,12 @@ if TYPE_CHECKING:
     from ocp.analysis.front.pareto import ParetoFront, front
     from ocp.analysis.homotopy import Homotopy, homotopy
     from ocp.analysis.lexicographic import Lexicographic, PriorityLevel, solve_lexicographic
+    from ocp.analysis.multistart import Audit, audit
     from ocp.analysis.optima import Optimum, Trial
     from ocp.analysis.parametric import Prepared, prepare
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
     from ocp.analysis.scaling_report import scaling_report
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
-    from ocp.analysis.starts.multistart import Audit, audit
     from ocp.diagnostics.certificate import Certificate, certify
     from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding
     from ocp.diagnostics.second_solve import confirm
@@ -101,7 +101,7 @@ _LATER = {
     "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
     "analysis.scaling_report": ("scaling_report",),
     "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
-    "analysis.starts.multistart": ("Audit", "audit"),
+    "analysis.multistart": ("Audit", "audit"),
     "mesh.coarsening": ("coarsened",),
     "nlp.ipopt": ("Ipopt",),
     "nlp.solver": ("NlpResult", "NlpSolver"),

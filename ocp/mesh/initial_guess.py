@@ -12,7 +12,6 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.mesh.carried_values import carried_values
 from ocp.mesh.phase_times import guessed_times
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.problem.parameters import Parameters
@@ -104,17 +103,23 @@ def guess_by_lines(problem: Problem, parameters: Parameters) -> InitialGuess:
 def _stated_guesses(
     problem: Problem, parameters: Parameters, *, left_aside: bool = False
 ) -> dict[str, StatedGuess]:
-    """The guess in the statement of each phase, by name; see `StatedGuess`."""
+    """The guess in the statement of each phase, by name; see `StatedGuess`.
+
+    A mass that the first phase states is about that of the next one. Guessed to be 0, its inverse
+    would have no value there.
+    """
     times = guessed_times(problem.phases)
     guesses: dict[str, StatedGuess] = {}
     for phase in problem.phases:
         signals, ends = problem.signals[phase.name], times[phase.name]
         guess = StatedGuess(phase, signals, parameters, ends, left_aside)
-        alone = {s for s in phase.states if not guess.knows(s)} if guesses else set()
-        before = {name: earlier.value_at_end for name, earlier in guesses.items()}
-        carried = carried_values(problem, phase, alone, parameters, before)
-        within = {state.name: _nearest_to(value, state) for state, value in carried}
-        guesses[phase.name] = replace(guess, carried=within)
+        before = {
+            state.name: _nearest_to(value, state)
+            for earlier in guesses.values()
+            for state in phase.states
+            if not guess.knows(state) and (value := earlier.value_at_end(state)) is not None
+        }
+        guesses[phase.name] = replace(guess, before=before)
     return guesses
 
 
@@ -134,7 +139,7 @@ def _stays(guess: StatedGuess, state: Signal) -> bool:
 class StatedGuess:
     """The guess in the statement of a phase; a signal left out joins its boundary values.
 
-    A state without any has the value that a link carries over from the phase before, if one does.
+    A state without any has the value at the end of the last phase before in which it has one.
 
     Attributes
     ----------
@@ -142,8 +147,8 @@ class StatedGuess:
         Initial and final time, see `guessed_times` [s].
     left_aside : bool
         Whether all signals count as left out.
-    carried : mapping of name to float
-        Values of states by links, see `carried_values`.
+    before : mapping of name to float
+        Values of states at the ends of phases before.
     """
 
     phase: Phase
@@ -151,7 +156,7 @@ class StatedGuess:
     parameters: Parameters
     times: tuple[float, float]
     left_aside: bool = False
-    carried: Mapping[str, float] = field(default_factory=dict)
+    before: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def start(self) -> float:
@@ -169,8 +174,8 @@ class StatedGuess:
         return {s.name: self._values(s, fractions, times) for s in self.signals}
 
     def knows(self, state: State) -> bool:
-        """Whether there is a guess of a state, a boundary value, or a value by a link."""
-        if state.name in self.carried or (state in self.phase.guess and not self.left_aside):
+        """Whether there is a guess of a state, a boundary value, or a value in a phase before."""
+        if state.name in self.before or (state in self.phase.guess and not self.left_aside):
             return True
         return any(value is not None for value in self._ends(state))
 
@@ -195,7 +200,7 @@ class StatedGuess:
         """Boundary values of a signal that has any, else a value inside its bounds."""
         first, last = self._ends(signal)
         if first is None and last is None:
-            return self.carried.get(signal.name, _nearest_to(0.0, signal))
+            return self.before.get(signal.name, _nearest_to(0.0, signal))
         return (first if first is not None else last, last if last is not None else first)
 
     def _ends(self, signal: Signal) -> tuple[float | None, float | None]:

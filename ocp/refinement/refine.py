@@ -13,13 +13,13 @@ from ocp.accuracy import Accuracy
 from ocp.mesh.mesh import Mesh
 from ocp.nlp.interrupts import SecondInterrupt
 from ocp.refinement.endings import ending_of
-from ocp.refinement.first_round.first_answer import first_answer
-from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
+from ocp.refinement.first_start import first_answer
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.planning import History, PlannedMesh, first_plan, gap, look_at, next_plan
 from ocp.refinement.policies.brackets import most_iterations
 from ocp.refinement.raised_peaks import verifiable
+from ocp.refinement.search import FirstMesh, MeshAnswer
 from ocp.refinement.solved_mesh import Ending, SolvedMesh, objective_error
 from ocp.refinement.stopped import budget_spent, interrupted
 from ocp.transcription.packing import trajectory_of
@@ -123,5 +123,5 @@ def _solved(
     most = most_iterations(history.solved, planned.program.mesh)
     result = meshes.solve(planned.program, planned.start, solver, before, most=most)
     if planned.start is None:
-        return first_answer(MeshRound(meshes, solver, before), planned.program, result)
+        return first_answer(FirstMesh(meshes, solver, before), planned.program, result)
     return MeshAnswer(planned.program, result)

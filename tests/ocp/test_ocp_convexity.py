@@ -24,7 +24,7 @@ from ocp import (
     solve,
 )
 from ocp.problem.parameters import parameters_of
-from ocp.refinement.first_round.convexity import seems_convex
+from ocp.refinement.convexity import seems_convex
 
 x, v = State("x", "m"), State("v", "m/s")
 near = State("near", "m", lower=-1, upper=1)

@@ -197,7 +197,7 @@ def test_a_script_without_a_guard_is_told_so_where_processes_are_spawned(tmp_pat
 def test_a_process_that_ends_early_is_told_in_a_sentence(monkeypatch):
     # forked processes have the module as it is here
     monkeypatch.setattr(multiprocessing, "get_start_method", lambda **_: "fork")
-    monkeypatch.setattr("ocp.analysis.starts.start_answer.solve", lambda *_, **__: os._exit(9))
+    monkeypatch.setattr("ocp.analysis.worker_processes.solve", lambda *_, **__: os._exit(9))
     with pytest.raises(SolveFailed, match=r"ended without an answer.*processes=1"):
         audit(valley()[0], starts=2, processes=2, settings=FEW)
 

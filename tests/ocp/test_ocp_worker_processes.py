@@ -49,7 +49,7 @@ def forked(monkeypatch):
                     raise Interrupted("'slow' was stopped")
         raise AssertionError
 
-    monkeypatch.setattr("ocp.analysis.starts.start_answer.solve", waiting)
+    monkeypatch.setattr("ocp.analysis.worker_processes.solve", waiting)
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
@@ -136,7 +136,7 @@ def test_a_stop_after_the_last_start_was_solved_is_handed_on(monkeypatch):
         os.kill(os.getpid(), signal.SIGINT)
         return found
 
-    monkeypatch.setattr("ocp.analysis.starts.start_answer.solve", late)
+    monkeypatch.setattr("ocp.analysis.worker_processes.solve", late)
     former = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         found = audit(starts={"only": effort("only")}, processes=1, settings=FEW)
@@ -186,7 +186,7 @@ def test_a_budget_of_all_starts_leaves_the_late_ones_out():
 
 SCRIPT = """
 import multiprocessing, os, sys, time
-import ocp.analysis.starts.start_answer
+import ocp.analysis.worker_processes
 from ocp import Control, Phase, Problem, State, audit
 
 def endless(problem, **given):
@@ -194,7 +194,7 @@ def endless(problem, **given):
     time.sleep(60)
 
 multiprocessing.set_start_method("fork")
-ocp.analysis.starts.start_answer.solve = endless
+ocp.analysis.worker_processes.solve = endless
 x, u = State("x"), Control("u")
 phase = Phase("p", {x: u}, {x: 0}, {x: 1}, end=1.0)
 audit(Problem("least effort", phase, minimise=phase.integral(u**2)), starts=2, processes=2)

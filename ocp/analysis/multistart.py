@@ -1,7 +1,7 @@
 """Many starts: which optima a problem has, as far as they find out.
 
 Every start is solved and verified on its own.  They run one after the other, or side by side in
-processes of their own (`ocp.analysis.starts.worker_processes`).
+processes of their own (`ocp.analysis.worker_processes`).
 """
 
 from __future__ import annotations
@@ -19,23 +19,49 @@ import numpy as np
 
 from ocp.algorithm import check_arguments
 from ocp.analysis.optima import Optimum, Trial, distinct_optima, same_value
-from ocp.analysis.starts.random_guess import random_trajectory
-from ocp.analysis.starts.start_answer import Guess, StartAnswer, answered
-from ocp.analysis.starts.worker_processes import (
+from ocp.analysis.worker_processes import (
+    Guess,
+    StartAnswer,
     StartJob,
+    answered,
     leave_if_imported_again,
     solved_in_processes,
 )
 from ocp.errors import Interrupted, OcpError, StatementError
 from ocp.keywords import checked_keywords
+from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.wavy_guess import wavy_guess
 from ocp.nlp.interrupts import noted_interrupts
+from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
 from ocp.process_pool import processors
 from ocp.progress import Progress, shown
-from ocp.settings import Settings
+from ocp.scaling.automatic import scales_of
+from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
+from ocp.transcription.packing import decision_vector, trajectory_of
+from ocp.transcription.transcribe import transcribe
 from ocp.verdict import BOUND_MET, gap_to_bound
+
+
+def random_trajectory(
+    problem: Problem, settings: Settings, random: np.random.Generator
+) -> Trajectory:
+    """A random start of a problem, on a uniform mesh: waves around its stated guess."""
+    parameters = parameters_of(problem)
+    stated = initial_guess(problem, parameters)
+    scales = scales_of(problem, stated, parameters)
+    guess = wavy_guess(problem, parameters, stated, scales.signals, scales.unknowns, random)
+
+    # as a trajectory it can be sent to another process
+    intervals = first_intervals(settings, problem)
+    mesh = Mesh(tuple(uniform(count, settings.scheme.degree) for count in intervals))
+    program = transcribe(problem, mesh, settings.scheme, settings.controls, scales)
+    x = decision_vector(program, guess, program.limits(parameters), parameters.vector)
+    return trajectory_of(program, np.nan_to_num(x), parameters)
+
 
 Start = Problem | Solution | Trajectory
 StartLike = Start | Callable[[], Start]

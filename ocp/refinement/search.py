@@ -12,27 +12,182 @@ refined until they can.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice, zip_longest
 from math import inf
 
+import numpy as np
+
 from ocp.estimates.motion_errors import MotionErrors
+from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess
+from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.phase_times import meet_freely
-from ocp.nlp.solver import NlpResult, StartingPoint
-from ocp.refinement.first_round.starts import (
-    PATIENCE,
-    MeshAnswer,
-    MeshRound,
-    finer_mesh,
-    simulated,
-    wavy,
-)
-from ocp.refinement.mesh_iteration import iterations_of, record_of
+from ocp.nlp.solver import NlpResult, NlpSolver, StartingPoint
+from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh
-from ocp.transcription.packing import trajectory_of
+from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import Transcription
+
+Attempts = Iterable[tuple[NlpSolver, StartingPoint]]
+
+# Iterations of an attempt at most
+PATIENCE = 300
+
+# An attempt also ends after this many times the iterations that answers from other starts took, but
+# not before the second number: what takes longer has mostly lost its way.
+_TIMES_THE_USUAL = 5
+_LEAST_PATIENCE = 60
+# The same where answers agree already, and further starts only confirm them. In 77 searches of 27
+# problems none of these found a better answer.
+_TIMES_TO_CONFIRM = 2
+_LEAST_TO_CONFIRM = 30
+
+# Times as many intervals where a mesh has led to nothing, and the most that such a mesh may have.
+# Controls of so many pieces are within a percent of any that switches now and then.
+_FINER = 4
+_FINEST = 400
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FirstMesh:
+    """A mesh iteration while it is solved: what all starts of it share.
+
+    Attributes
+    ----------
+    meshes : MeshSolver
+    solver : NlpSolver
+        As it is used from the first start.
+    before : tuple of MeshIteration
+        Mesh iterations until this one.
+    """
+
+    meshes: MeshSolver
+    solver: NlpSolver
+    before: tuple[MeshIteration, ...]
+
+    def runs(
+        self,
+        program: Transcription,
+        attempts: Attempts,
+        done: NlpResult,
+        patience: float = PATIENCE,
+        agreed: Callable[[Sequence[NlpResult]], bool] = lambda _: False,
+    ) -> Iterator[NlpResult]:
+        """What comes of attempts while the budget lasts; each counts what all took since `done`.
+
+        Parameters
+        ----------
+        done : NlpResult
+            The last run on this mesh.
+        patience : float
+            Iterations of each attempt at most.
+        agreed : callable
+            Whether the answers until now agree, so that the next attempt only confirms them.
+        """
+        limits, before = self.meshes.limits(program), iterations_of(self.before)
+        iterations, seconds = done.iterations, done.seconds
+        answers: list[NlpResult] = []
+        for solver, point in attempts:
+            if self.meshes.budget.spent(before + iterations):
+                return
+            usual = _usual_patience(answers, confirms=agreed(answers))
+            patient = solver.within(min(patience, usual), inf)
+            patient = self.meshes.budget.within(patient, before + iterations)
+            result = self.meshes.run(program, patient, point, limits, len(self.before) + 1)
+            if result.outcome == "solved":
+                answers.append(result)
+            iterations, seconds = iterations + result.iterations, seconds + result.seconds
+            yield replace(result, iterations=iterations, seconds=seconds)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshAnswer:
+    """What came of a mesh.
+
+    Attributes
+    ----------
+    program : Transcription
+        The mesh that the answer belongs to.
+    result : NlpResult
+        The best answer, or what failed; it counts what all starts took.
+    starts : int
+        From which the solver ran, the first one among them.
+    lost : int
+        Those of them that led to no answer.
+    """
+
+    program: Transcription
+    result: NlpResult
+    starts: int = 1
+    lost: int = 0
+
+
+def _usual_patience(answers: Sequence[NlpResult], *, confirms: bool) -> float:
+    """Iterations after which an attempt counts as lost, by those that led to answers."""
+    if not answers:
+        return inf
+    times, least = (
+        (_TIMES_TO_CONFIRM, _LEAST_TO_CONFIRM) if confirms else (_TIMES_THE_USUAL, _LEAST_PATIENCE)
+    )
+    return max(least, times * float(np.median([answer.iterations for answer in answers])))
+
+
+def simulated(
+    meshes: MeshSolver, program: Transcription, count: int, most: float = inf
+) -> Iterator[StartingPoint]:
+    """Starting points from simulated motions, the same in every run.
+
+    Parameters
+    ----------
+    most : float
+        That one may miss its end and its limits by, in their sizes.
+    """
+    from ocp.mesh.simulated_guess import simulated_guesses  # most problems need no other start
+
+    guesses = simulated_guesses(
+        meshes.problem,
+        meshes.parameters,
+        initial_guess(meshes.problem, meshes.parameters),
+        program.scales.signals,
+        program.scales.bounds,
+        count,
+        np.random.default_rng(0),
+        most,
+    )
+    for guess in guesses:
+        yield _point(meshes, program, guess)
+
+
+def wavy(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
+    """Starting points of random waves around straight lines, the same in every run."""
+    from ocp.mesh.wavy_guess import wavy_guess
+
+    lines = guess_by_lines(meshes.problem, meshes.parameters)
+    sizes, random = program.scales, np.random.default_rng(0)
+    for _ in range(count):
+        guess = wavy_guess(
+            meshes.problem, meshes.parameters, lines, sizes.signals, sizes.unknowns, random
+        )
+        yield _point(meshes, program, guess)
+
+
+def _point(meshes: MeshSolver, program: Transcription, guess: InitialGuess) -> StartingPoint:
+    limits = meshes.limits(program)
+    # a wave may leave where an expression has a value
+    columns = np.nan_to_num(decision_vector(program, guess, limits, meshes.parameters.vector))
+    return StartingPoint(columns)
+
+
+def finer_mesh(meshes: MeshSolver, mesh: Mesh) -> Mesh | None:
+    """A mesh of `_FINER` times as many intervals, if the mesh may change and be that fine."""
+    policy = meshes.settings.refinement
+    if not policy.adapts or _FINER * mesh.intervals > _FINEST:
+        return None
+    phases = tuple(uniform(_FINER * p.intervals, int(p.degrees.max())) for p in mesh.phases)
+    return Mesh(phases)
+
 
 # Other starts on one mesh at most. The work is iterations times unknowns: this much takes about
 # half a minute, and a large program gets fewer starts. But a few cheap ones tell nothing.
@@ -94,7 +249,7 @@ class _Answer:
     dynamics: float
 
 
-def best_of_several(first_round: MeshRound, program: Transcription, first: NlpResult) -> MeshAnswer:
+def best_of_several(first_mesh: FirstMesh, program: Transcription, first: NlpResult) -> MeshAnswer:
     """The best answer from where the guess is and from other starts.
 
     Parameters
@@ -102,16 +257,16 @@ def best_of_several(first_round: MeshRound, program: Transcription, first: NlpRe
     first : NlpResult
         What came of the stated guess, an answer or not.
     """
-    answers = [_examined(first_round.meshes, program, first)] if first.outcome == "solved" else []
-    mesh = finer_mesh(first_round.meshes, program.mesh)
+    answers = [_examined(first_mesh.meshes, program, first)] if first.outcome == "solved" else []
+    mesh = finer_mesh(first_mesh.meshes, program.mesh)
     undefined = int(first.outcome == "invalid number")
     search = _FirstMeshSearch(program, tuple(answers), first, 1, undefined=undefined)
     coarse = tuple[_Answer, ...]()
-    search = _searched(first_round, search, may_refine=mesh is not None)
+    search = _searched(first_mesh, search, may_refine=mesh is not None)
     if search.no_motion and mesh is not None:
-        again = first_round.meshes.first_program(None, mesh)
+        again = first_mesh.meshes.first_program(None, mesh)
         finer = _FirstMeshSearch(again, (), search.last, search.starts)
-        search, coarse = _searched(first_round, finer, may_refine=False), search.answers
+        search, coarse = _searched(first_mesh, finer, may_refine=False), search.answers
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted" or search.seems_unbounded:
@@ -120,7 +275,7 @@ def best_of_several(first_round: MeshRound, program: Transcription, first: NlpRe
         failed = replace(first, iterations=last.iterations, seconds=last.seconds)
         return MeshAnswer(program, failed, starts, starts)
     lost = starts - len(search.answers) - len(coarse)
-    best, last = _compared(first_round, (search.answers, coarse), last)
+    best, last = _compared(first_mesh, (search.answers, coarse), last)
     if last.outcome == "interrupted":
         interrupted = replace(best.result, outcome="interrupted")
         return MeshAnswer(best.program, interrupted, starts, lost)
@@ -176,7 +331,7 @@ class _FirstMeshSearch:
 
 
 def _searched(
-    first_round: MeshRound, before: _FirstMeshSearch, *, may_refine: bool
+    first_mesh: FirstMesh, before: _FirstMeshSearch, *, may_refine: bool
 ) -> _FirstMeshSearch:
     """The search gone on with, until it has found or done enough.
 
@@ -186,17 +341,17 @@ def _searched(
         Whether a finer mesh may follow. Then it ends, too, where the best answer is no motion yet.
     """
     program, search = before.program, before
-    limit = _Limit.of(first_round, program, before.last)
-    agree = _AGREE_IF_OTHERS if meet_freely(first_round.meshes.problem.phases) else _AGREE
-    attempts = ((first_round.solver, point) for point in _alternating(first_round.meshes, program))
+    limit = _Limit.of(first_mesh, program, before.last)
+    agree = _AGREE_IF_OTHERS if meet_freely(first_mesh.meshes.problem.phases) else _AGREE
+    attempts = ((first_mesh.solver, point) for point in _alternating(first_mesh.meshes, program))
     known = [answer.value for answer in before.answers]
-    same = _same_within(first_round.meshes)
+    same = _same_within(first_mesh.meshes)
 
     def agreed(found: Sequence[NlpResult]) -> bool:
         return _settled([*known, *(result.objective for result in found)], agree, same)
 
-    for last in first_round.runs(program, attempts, before.last, agreed=agreed):
-        search = search.with_run(first_round.meshes, last)
+    for last in first_mesh.runs(program, attempts, before.last, agreed=agreed):
+        search = search.with_run(first_mesh.meshes, last)
         answers = search.answers
         no_motion = len(answers) >= _ENOUGH and min(answers, key=_value).dynamics > _NO_MOTION
         search = replace(
@@ -237,14 +392,14 @@ class _Limit:
     seconds: float
 
     @classmethod
-    def of(cls, first_round: MeshRound, program: Transcription, done: NlpResult) -> _Limit:
+    def of(cls, first_mesh: FirstMesh, program: Transcription, done: NlpResult) -> _Limit:
         """The limits of a search that begins after what was done."""
-        budget = first_round.meshes.budget
+        budget = first_mesh.meshes.budget
         return cls(
-            meshes=first_round.meshes,
+            meshes=first_mesh.meshes,
             iterations=done.iterations + _WORK / program.columns.count,
             cheap=done.iterations + _CHEAP_WORK / program.columns.count,
-            budget=_SHARE * budget.iterations - iterations_of(first_round.before),
+            budget=_SHARE * budget.iterations - iterations_of(first_mesh.before),
             seconds=_SHARE * budget.seconds,
         )
 
@@ -300,7 +455,7 @@ def _distinct(answers: Sequence[_Answer], same: float) -> list[_Answer]:
 
 
 def _compared(
-    first_round: MeshRound, answers: Sequence[Sequence[_Answer]], last: NlpResult
+    first_mesh: FirstMesh, answers: Sequence[Sequence[_Answer]], last: NlpResult
 ) -> tuple[_Answer, NlpResult]:
     """The best answer once values can be compared, and the count of all that it took.
 
@@ -309,7 +464,7 @@ def _compared(
     answers : those of the last mesh, then those of one that was too coarse. What the latter lead
         to may be better, and is what no search would have found.
     """
-    same = _same_within(first_round.meshes)
+    same = _same_within(first_mesh.meshes)
     ranked, coarse = (_distinct(part, same) for part in answers)
     if ranked and (len(ranked) + len(coarse) == 1 or ranked[0].dynamics <= _COMPARABLE):
         return ranked[0], last
@@ -317,9 +472,9 @@ def _compared(
     few = _CANDIDATES - _COARSE
     candidates = [*ranked[:few], *coarse[:_COARSE], *ranked[few:], *coarse[_COARSE:]]
     refined: list[_Answer] = []
-    budget = first_round.meshes.budget
+    budget = first_mesh.meshes.budget
     for candidate in candidates[:_CANDIDATES]:
-        done = iterations_of(first_round.before) + last.iterations
+        done = iterations_of(first_mesh.before) + last.iterations
         late = budget.elapsed >= _SHARE_OF_ALL * budget.seconds
         if late or done >= _SHARE_OF_ALL * budget.iterations:
             break
@@ -327,7 +482,7 @@ def _compared(
         least = candidate.value - candidate.dynamics * abs(candidate.value)
         if any(least > better.value for better in refined):
             continue
-        better, last = _refined(first_round, candidate, last)
+        better, last = _refined(first_mesh, candidate, last)
         if better is not None:
             refined.append(better)
         settled = _settled([answer.value for answer in refined], _AGREE, same)
@@ -337,10 +492,10 @@ def _compared(
 
 
 def _refined(
-    first_round: MeshRound, candidate: _Answer, last: NlpResult
+    first_mesh: FirstMesh, candidate: _Answer, last: NlpResult
 ) -> tuple[_Answer | None, NlpResult]:
     """An answer on meshes that are refined until its value can be compared; None if one fails."""
-    meshes, solver = first_round.meshes, first_round.solver.within(PATIENCE, inf)
+    meshes, solver = first_mesh.meshes, first_mesh.solver.within(PATIENCE, inf)
     policy, accuracy = meshes.settings.refinement, meshes.settings.accuracy
     size, sense = candidate.program.scales.objective, meshes.problem.sense
     program, result = candidate.program, candidate.result
@@ -351,7 +506,7 @@ def _refined(
             value = sense * solved[-1].iterate.objective / size
             return _Answer(program, result, value, solved[-1].errors.dynamics), last
         mesh = policy.next_mesh(solved, accuracy)
-        spent = [*first_round.before, record_of(program.mesh, last, None)]
+        spent = [*first_mesh.before, record_of(program.mesh, last, None)]
         if mesh is None or len(solved) > _ROUNDS or meshes.spent(spent):
             return None, last
 

@@ -33,15 +33,16 @@ from ocp.mesh.initial_guess import states_a_motion, states_only_lines
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import collapsed, counted
 from ocp.nlp.solver import NlpResult, NlpSolver, StartingPoint
-from ocp.refinement.first_round.convexity import seems_convex
-from ocp.refinement.first_round.starts import (
+from ocp.refinement.convexity import seems_convex
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.search import (
     PATIENCE,
+    FirstMesh,
     MeshAnswer,
-    MeshRound,
+    best_of_several,
     finer_mesh,
     simulated,
 )
-from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.sizes_after import OUTSIZED
 from ocp.scaling.scales import SHRUNK
 from ocp.transcription.packing import trajectory_of
@@ -69,7 +70,7 @@ _ROUND_ABOUT = 150
 _HOPEFUL = {"infeasible", "failed", "budget"}
 
 
-def first_answer(first_round: MeshRound, program: Transcription, result: NlpResult) -> MeshAnswer:
+def first_answer(first_mesh: FirstMesh, program: Transcription, result: NlpResult) -> MeshAnswer:
     """What came of the first mesh from the stated guess, or something better from other starts.
 
     Parameters
@@ -78,19 +79,19 @@ def first_answer(first_round: MeshRound, program: Transcription, result: NlpResu
         What came of the stated guess; its iterations are counted on.
     """
     if result.outcome == "invalid number":
-        return _with_values(first_round, program, result)
+        return _with_values(first_mesh, program, result)
     if result.outcome != "solved":
-        hopeful = _hopeful(first_round.meshes, program, result)
-        if hopeful or _seems_to_shrink(first_round.meshes, program, result):
-            program, result = _in_its_sizes(first_round, program, result)
+        hopeful = _hopeful(first_mesh.meshes, program, result)
+        if hopeful or _seems_to_shrink(first_mesh.meshes, program, result):
+            program, result = _in_its_sizes(first_mesh, program, result)
         if not hopeful and result.outcome != "solved":
             return MeshAnswer(program, result)
     found = MeshAnswer(program, result, lost=int(result.outcome != "solved"))
-    if _may_be_far(first_round.meshes, result):
-        found = _best_of_several(first_round, program, result)
+    if _may_be_far(first_mesh.meshes, result):
+        found = best_of_several(first_mesh, program, result)
     if found.result.outcome in ("solved", "interrupted", "unbounded"):
         return found
-    sought = _sought(first_round, program, found.result)
+    sought = _sought(first_mesh, program, found.result)
     return _counted_with(found, sought)
 
 
@@ -102,29 +103,20 @@ def _counted_with(before: MeshAnswer, found: MeshAnswer) -> MeshAnswer:
     )
 
 
-def _with_values(first_round: MeshRound, program: Transcription, failed: NlpResult) -> MeshAnswer:
+def _with_values(first_mesh: FirstMesh, program: Transcription, failed: NlpResult) -> MeshAnswer:
     """The first mesh from other starts, where an expression has no value at the stated guess.
 
     What failed first is kept where none leads anywhere: it names the expression at that guess. A
     motion that the user states is the user's choice.
     """
-    meshes = first_round.meshes
+    meshes = first_mesh.meshes
     if states_a_motion(meshes.problem, meshes.parameters):
         return MeshAnswer(program, failed)
-    return _best_of_several(first_round, program, failed)
-
-
-def _best_of_several(
-    first_round: MeshRound, program: Transcription, first: NlpResult
-) -> MeshAnswer:
-    """The best answer from where the guess is and from other starts."""
-    from ocp.refinement.first_round.search import best_of_several  # not for a convex problem
-
-    return best_of_several(first_round, program, first)
+    return best_of_several(first_mesh, program, failed)
 
 
 def _in_its_sizes(
-    first_round: MeshRound, program: Transcription, failed: NlpResult
+    first_mesh: FirstMesh, program: Transcription, failed: NlpResult
 ) -> tuple[Transcription, NlpResult]:
     """What comes of the point where the solver failed in sizes taken from there, or as it was.
 
@@ -134,13 +126,13 @@ def _in_its_sizes(
     largest = max(abs(failed.objective), float(np.abs(failed.x).max(initial=0.0)))
     if not OUTSIZED < largest < math.inf:
         return program, failed
-    meshes = first_round.meshes
+    meshes = first_mesh.meshes
     found = trajectory_of(program, failed.x, meshes.parameters)
     if _backwards(found):
         return program, failed
     again = meshes.first_program(found, program.mesh)
     point = meshes.starting_point(again, found, meshes.limits(again))
-    for result in first_round.runs(again, [(first_round.solver, point)], failed):
+    for result in first_mesh.runs(again, [(first_mesh.solver, point)], failed):
         if result.outcome in ("solved", "interrupted"):
             return again, result
     return program, failed
@@ -185,7 +177,7 @@ def _may_be_far(meshes: MeshSolver, result: NlpResult) -> bool:
     return long and states_only_lines(problem, parameters)
 
 
-def _sought(first_round: MeshRound, program: Transcription, failed: NlpResult) -> MeshAnswer:
+def _sought(first_mesh: FirstMesh, program: Transcription, failed: NlpResult) -> MeshAnswer:
     """The first mesh from other starts, then a finer one; what failed where none leads anywhere.
 
     Parameters
@@ -194,29 +186,29 @@ def _sought(first_round: MeshRound, program: Transcription, failed: NlpResult) -
         What came of the starts until now; its iterations are counted on.
     """
     found = MeshAnswer(program, failed)
-    found, before = _from_other_starts(first_round, program, found, _GUESSES)
-    mesh = finer_mesh(first_round.meshes, program.mesh)
+    found, before = _from_other_starts(first_mesh, program, found, _GUESSES)
+    mesh = finer_mesh(first_mesh.meshes, program.mesh)
     while found.result.outcome in _HOPEFUL and mesh is not None:
-        again = first_round.meshes.first_program(None, mesh)
-        second, off = _from_other_starts(first_round, again, found, _GUESSES_IF_FINER)
+        again = first_mesh.meshes.first_program(None, mesh)
+        second, off = _from_other_starts(first_mesh, again, found, _GUESSES_IF_FINER)
         if second.result.outcome in ("solved", "interrupted"):
             return second
         found = replace(second, program=program)
-        mesh = finer_mesh(first_round.meshes, mesh) if off < _FALLING * before else None
+        mesh = finer_mesh(first_mesh.meshes, mesh) if off < _FALLING * before else None
         before = off
     return found
 
 
 def _from_other_starts(
-    first_round: MeshRound, program: Transcription, failed: MeshAnswer, guesses: int
+    first_mesh: FirstMesh, program: Transcription, failed: MeshAnswer, guesses: int
 ) -> tuple[MeshAnswer, float]:
     """The best answer of one program from other starts, or what failed before.
 
     The second is the least sum of what the starts leave of their rows, scaled.
     """
     answers, last, starts, off = list[NlpResult](), failed.result, failed.starts, math.inf
-    limits = first_round.meshes.limits(program)
-    for last in first_round.runs(program, _attempts(first_round, program, guesses), failed.result):
+    limits = first_mesh.meshes.limits(program)
+    for last in first_mesh.runs(program, _attempts(first_mesh, program, guesses), failed.result):
         starts += 1
         off = min(off, float(limits.excess(last.rows).sum()))
         if last.outcome == "interrupted":
@@ -232,11 +224,11 @@ def _from_other_starts(
 
 
 def _attempts(
-    first_round: MeshRound, program: Transcription, count: int
+    first_mesh: FirstMesh, program: Transcription, count: int
 ) -> Iterator[tuple[NlpSolver, StartingPoint]]:
     """Solvers and starting points in order."""
     # where a filter takes no step any more, a penalty function often does
-    solver, meshes = first_round.solver, first_round.meshes
+    solver, meshes = first_mesh.solver, first_mesh.meshes
     others = [*solver.alternatives(warm=True), *solver.alternatives(warm=False)]
     limits = meshes.limits(program)
     for other in others:

@@ -30,7 +30,7 @@ from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.nlp.solver import NlpResult
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.budget import Budget
-from ocp.refinement.first_round.starts import MeshRound
+from ocp.refinement.search import FirstMesh
 
 
 def pendulum(**guess):
@@ -92,7 +92,7 @@ def test_what_states_no_motion_is_held_against_other_starts(guess):
 
 def test_a_long_way_from_a_straight_line_says_as_little_as_no_guess(monkeypatch):
     line = swing_up_with_least_effort(q=(0.0, np.pi), w=0.0, u=0.0)
-    monkeypatch.setattr("ocp.refinement.first_round.first_answer._ROUND_ABOUT", 5)
+    monkeypatch.setattr("ocp.refinement.first_start._ROUND_ABOUT", 5)
     solution = solve(line)
     assert solution.objective == pytest.approx(15.97568, rel=1e-6)
     assert solution.mesh_iterations[0].starts > 1
@@ -208,10 +208,10 @@ def test_what_answers_took_tells_how_long_a_start_is_waited_for():
         return NlpResult("solved", "", nothing, 1.0, nothing, nothing, nothing, 40, 0.0)
 
     meshes = SimpleNamespace(budget=Budget(), limits=lambda program: None, run=run)
-    first_round = MeshRound(meshes, Ipopt(), ())
+    first_mesh = FirstMesh(meshes, Ipopt(), ())
     done = run(None, Ipopt(), None, None, 1)
     attempts = [(Ipopt(), None)] * 5
-    taken = list(first_round.runs(None, attempts, done, agreed=lambda answers: len(answers) > 2))
+    taken = list(first_mesh.runs(None, attempts, done, agreed=lambda answers: len(answers) > 2))
     assert waited[1:] == [300, 200, 200, 80, 80]
     assert taken[-1].iterations == 6 * 40
 
