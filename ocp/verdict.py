@@ -73,7 +73,7 @@ def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
         yield shortfall
     if refinement.best.raised:
         yield (
-            "its peaks count as high as they are between the points of the mesh, which costs "
+            "the peaks include overshoot between the points of the mesh, which costs "
             f"{refinement.best.raised:.0e} of the objective"
         )
 
@@ -84,9 +84,9 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     if not meshes.settings.refinement.adapts:
         # it may be coarse on purpose, but what that costs should be known
         if not meshes.settings.scheme.informative_multipliers:
-            return "the mesh is fixed, and this scheme does not tell what a finer one gains"
+            return "the mesh is fixed, and this scheme gives no estimate of a finer one"
         coarse = gain > CERTIFIED_GAIN
-        return f"the mesh is fixed, and a finer one promises a gain of {gain:.0e}" if coarse else ""
+        return f"the mesh is fixed, and a finer one may improve it by {gain:.0e}" if coarse else ""
     endings = {
         "tolerances": "",
         "standstill": "no finer mesh improved it",
@@ -108,10 +108,10 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     ]
     # refuted by a finer mesh or not, what is promised is said
     if best.errors.gain > accuracy.objective:
-        open_tolerances.append(f"finer controls promise a gain of {best.errors.gain:.0e}")
+        open_tolerances.append(f"finer controls may improve it by {best.errors.gain:.0e}")
     # without such a promise a standstill says nothing of a finer mesh
     if ending and not meshes.settings.scheme.informative_multipliers:
-        open_tolerances.append("this scheme does not tell what a finer mesh gains")
+        open_tolerances.append("this scheme gives no estimate of a finer one")
     return ": ".join(part for part in (ending, "; ".join(open_tolerances)) if part)
 
 

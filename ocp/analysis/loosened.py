@@ -99,7 +99,9 @@ class Loosening:
         links = [replace(b, expression=self._rewritten(b.expression)) for b in problem.links]
 
         if not self.slacks:
-            raise StatementError(f"no limit of '{problem.name}' may give way; name fewer to keep")
+            raise StatementError(
+                f"all limits of '{problem.name}' are kept; name fewer of them in keep"
+            )
         cost = sum(
             (1.0 + _TIE * i) * s.unknown / s.size
             for i, s in enumerate(reversed(self.slacks.values()))

@@ -42,16 +42,16 @@ def motion_conditions(answer: Evidence) -> Iterator[Finding]:
         "effect of the excess",
         worth_of_excess(iterate, between_points.excess),
         allowed.objective,
-        "the excess of path constraints, bounds and peaks between the points, times their "
-        "multipliers: what it gains of the objective, to first order",
+        "the violations of path constraints, bounds and peaks between the points, times their "
+        "multipliers: a first-order change of the objective",
     )
 
     yield Finding(
         "dynamics",
         between_points.worst_dynamics,
         allowed.replay,
-        "what the dynamics, the integrals and the equations are off by in an interval, by dense "
-        "samples between the points",
+        "the largest error of the dynamics, integrals and equations between the points, by dense "
+        "samples",
     )
     for jump in crossed_jumps(iterate.trajectory, evaluator):
         if jump.moves:

@@ -44,8 +44,8 @@ def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
                 f"where path constraints act in '{principle.name}': Hamiltonian",
                 principle.gain_on_arcs / iterate.objective_size,
                 allowed.gain,
-                "what moving breakpoints promises to gain by its changes, to first order, relative "
-                "to the objective",
+                "the estimated improvement by moving breakpoints, to first order, relative to the "
+                "objective",
             )
 
     # other schemes have multipliers that meet the principle on any mesh, see `second_solve`
@@ -54,8 +54,8 @@ def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
             "finer controls",
             promised_gain(iterate, answer.evaluator, strongest),
             allowed.gain,
-            "what they promise to gain, and what limits cost that were moved inwards to hold "
-            "between the points, to first order, relative to the objective",
+            "the estimated improvement by them, and the cost of limits that were moved inwards to "
+            "hold between the points, to first order, relative to the objective",
         )
 
 
@@ -68,9 +68,9 @@ def other_controls_condition(answer: Evidence) -> Iterator[Finding]:
         promised_by(others, iterate),
         allowed.gain,
         others_remark(others, iterate)
-        or "what controls far from these promise to gain, to first order, relative to the "
-        "objective; each was tried over its whole range, but not where a limit of states alone "
-        "acts, nor where all is linear or convex in the controls, so that neighbours tell",
+        or "the estimated improvement by other values of the controls, to first order, relative to "
+        "the objective: each was tried over its whole range at sampled times (not where a limit of "
+        "states alone acts, nor where the problem is linear or convex in the controls)",
     )
 
 
@@ -84,8 +84,7 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
         principle.share_judged_by_means(allowed.within, allowed.strict),
         allowed.changes,
         f"{count} of {principle.changes.size} intervals hold a change of the active set or are "
-        "next to one; those that miss the strict limits take this part of the duration, and only "
-        "their means over time are tested",
+        "next to one; this share of the duration is tested only on average",
     )
 
     # the Hamiltonian is constant only where time does not enter

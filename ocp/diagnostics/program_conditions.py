@@ -45,8 +45,8 @@ def program_conditions(answer: Evidence) -> Iterator[Finding]:
         "effect of the residuals",
         _effect_of_residuals(iterate, multipliers),
         allowed.objective,
-        "what all rows and bounds are off by, times their multipliers: what that changes of the "
-        "objective, to first order",
+        "residuals of all rows and bounds, times their multipliers: a first-order change of the "
+        "objective",
     )
     yield Finding(
         "stationarity",

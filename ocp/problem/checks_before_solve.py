@@ -67,8 +67,8 @@ def check_before_solve(problem: Problem, parameters: Parameters) -> None:
         _check_guess(problem, phase)
         for state in _unused(problem, phase):
             warnings.warn(
-                f"nothing depends on the state '{state.name}' of phase '{phase.name}': it is "
-                "carried along without effect; bound it, use it or take it out",
+                f"the state '{state.name}' of phase '{phase.name}' is never used: bound it, use it "
+                "or remove it",
                 StatementWarning,
                 stacklevel=3,
             )

@@ -15,7 +15,7 @@ def growing(sign, **limits):
     return Problem("growing", phase, minimise=phase.integral(u**2))
 
 
-@pytest.mark.filterwarnings("ignore:nothing depends on the state")
+@pytest.mark.filterwarnings("ignore:the state")
 @pytest.mark.parametrize(("sign", "side"), [(1, "upper"), (-1, "lower")])
 def test_a_state_that_leaves_for_infinity_is_named_with_a_remedy(sign, side):
     with pytest.raises(Unbounded, match=rf"'x' of phase 'run' grows .* State\('x', {side}="):

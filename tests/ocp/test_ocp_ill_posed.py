@@ -127,7 +127,7 @@ TEN = {
     ),
     a_state_never_used: (
         StatementWarning,
-        r"nothing depends on the state 'fuel' of phase 'flight'.*take it out",
+        r"the state 'fuel' of phase 'flight' is never used.*remove it",
     ),
     wrong_shapes: (
         StatementError,

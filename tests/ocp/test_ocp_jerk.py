@@ -60,7 +60,7 @@ def test_a_limit_of_rounds_is_told_and_met_by_a_precise_solve():
     )
     assert re.fullmatch(
         r"local: best of 1 start; refinement ended after 3 mesh iterations: finer controls "
-        r"promise a gain of \de-0[12]; not confirmed \(ocp\.certify\)",
+        r"may improve it by \de-0[12]; not confirmed \(ocp\.certify\)",
         found.verdict,
     )
     assert found.objective > least_peak(cap) * 1.01
