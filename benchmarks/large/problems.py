@@ -32,6 +32,10 @@ class Large:
     optimum: float
     source: str
 
+    def error(self, objective: float) -> float:
+        """How far an objective is from the best one known, relative."""
+        return abs(objective - self.optimum) / abs(self.optimum)
+
 
 def crane() -> Problem:
     """A trolley moves a rope of four links by 4 m, rest to rest, in least time."""

@@ -13,7 +13,7 @@ from ocp.accuracy import Accuracy
 from ocp.estimates.error_estimate import MeshErrors
 from ocp.estimates.excess_price import cost_of_raising, is_affordable
 from ocp.keywords import as_written, checked_keywords
-from ocp.mesh.mesh import Mesh, PhaseMesh, bisected
+from ocp.mesh.mesh import Mesh, PhaseMesh, bisected, same_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.policies.back_off import chosen_back_offs
 from ocp.refinement.policies.brackets import hindered, with_movable_switches
@@ -121,12 +121,35 @@ class AdaptiveMesh:
     def after_failure(
         self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
     ) -> tuple[MeshPolicy, Mesh] | None:
-        """Hold breakpoints that led the solver astray still; go on from the last solved mesh."""
+        """Go on from the last solved mesh, without what led the solver astray.
+
+        Breakpoints that moved are held still. Where the mesh that failed had only more points or
+        tighter limits, the intervals that exceed a limit are cut in their place.
+        """
         if not any(phase.movable for phase in failed.phases):
-            return None
+            pairs = zip(failed.phases, solved[-1].iterate.mesh.phases, strict=True)
+            only_points = all(same_intervals(new, old) for new, old in pairs)
+            following = self._cut_where_limits_leak(solved, accuracy) if only_points else None
+            return None if following is None else (self, following)
         still = self._held_still()
         following = still._adapted(solved, accuracy, resolve_controls=True)
         return still, (following or solved[-1].iterate.mesh).frozen()
+
+    def _cut_where_limits_leak(
+        self, solved: Sequence[SolvedMesh], accuracy: Accuracy
+    ) -> Mesh | None:
+        """The mesh after the last one as if all intervals that exceed a limit were too long."""
+        last = solved[-1]
+        phases = [
+            replace(phase, coarse=np.any([e.values > accuracy.path for e in phase.excess], axis=0))
+            for phase in last.errors.phases
+        ]
+        last = replace(last, errors=replace(last.errors, phases=tuple(phases)))
+        seen = [*solved[:-1], last]
+        following = self._adapted(seen, accuracy, resolve_controls=True, backs_off=False)
+        if following is None or following.intervals <= last.iterate.mesh.intervals:
+            return None
+        return following.frozen()
 
     def _held_still(self) -> AdaptiveMesh:
         """The same policy with breakpoints that stay where they are."""
@@ -138,6 +161,7 @@ class AdaptiveMesh:
         accuracy: Accuracy,
         *,
         resolve_controls: bool,
+        backs_off: bool = True,
     ) -> Mesh | None:
         """A better mesh, or None when the errors meet all tolerances."""
         last, mesh = solved[-1], solved[-1].iterate.mesh
@@ -153,7 +177,7 @@ class AdaptiveMesh:
             is_motion=last.errors.dynamics <= _A_MOTION,
             resolves_jumps=_resolves_jumps(last, accuracy),
         )
-        back_offs = chosen_back_offs(last, accuracy, demands.closed)
+        back_offs = chosen_back_offs(last, accuracy, demands.closed if backs_off else np.inf)
         crossed = crossed_meshes(solved, is_motion=demands.is_motion)
 
         def phases_for(demands: MeshDemands) -> list[NextPhase]:

@@ -21,7 +21,7 @@ from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags
 from ocp.estimates.missed_switches import held_switches
 from ocp.estimates.switch_detection import ROUND_OFF, Jump, control_jumps, jumps_at
-from ocp.mesh.mesh import SAME_POINT, Mesh, PhaseMesh, distinct
+from ocp.mesh.mesh import SAME_POINT, Mesh, PhaseMesh, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.solved_mesh import SolvedMesh
@@ -41,7 +41,10 @@ _STEP = 10.0
 
 
 def most_iterations(solved: Sequence[SolvedMesh], mesh: Mesh) -> float:
-    """Iterations after which a mesh is given up; infinite where none of its breakpoints moves.
+    """Iterations after which a mesh is given up; infinite where there is none to fall back on.
+
+    There is one where breakpoints move, and where the mesh has the intervals of the last one, with
+    more points or tighter limits.
 
     Parameters
     ----------
@@ -50,7 +53,12 @@ def most_iterations(solved: Sequence[SolvedMesh], mesh: Mesh) -> float:
     mesh : Mesh
         About to be solved.
     """
-    if not solved or not _moves(mesh):
+    if not solved:
+        return math.inf
+    pairs = zip(mesh.phases, solved[-1].iterate.mesh.phases, strict=True)
+    again = mesh is solved[-1].iterate.mesh
+    only_points = not again and all(same_intervals(new, old) for new, old in pairs)
+    if not (_moves(mesh) or only_points):
         return math.inf
     still, _ = _iterations(solved)
     return _FAR_MORE * still

@@ -1,0 +1,142 @@
+"""Work and precision: the cheapest fixed mesh beside the engine, on large problems."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from benchmarks.entry import answer_for, closest, positive
+from benchmarks.large.problems import PROBLEMS, Large
+from ocp import FixedMesh, OcpError, Radau, Settings, Solution, collocate, solve
+from studies.common.console import Console, Table
+from studies.common.exit_codes import StudyError
+
+ACCURACIES = (1e-3, 1e-4)
+MESHES = (20, 40, 80, 160, 320, 640)
+
+
+class Work(NamedTuple):
+    """What an answer took.
+
+    Attributes
+    ----------
+    how : str
+        What gave it.
+    seconds : float
+        Of the processor.
+    error : float
+        Of the objective, relative to the best one known; nan without an answer.
+    stated : float
+        What it says that it is accurate to; nan if it says nothing.
+    meshes : str
+        Intervals and iterations of each, the cold one first.
+    words : str
+        Of the verdict or the error.
+    """
+
+    how: str
+    seconds: float
+    error: float
+    stated: float
+    meshes: str
+    words: str
+
+
+def fixed(problem: Large) -> Iterator[Work]:
+    """Uniform meshes of degree 3, each solved once from the guess, until one is right to 1e-4."""
+    for intervals in MESHES:
+        once = Settings(scheme=Radau(3), intervals=intervals, refinement=FixedMesh(3))
+        begin = time.process_time()
+        try:
+            _, objective = collocate(problem.make(), settings=once)
+            error, words = problem.error(objective), ""
+        except OcpError as failure:
+            error, words = math.nan, f"{type(failure).__name__}: {failure}"
+        seconds = time.process_time() - begin
+        yield Work(f"{intervals} intervals", seconds, error, math.nan, "", words)
+        if error <= min(ACCURACIES):
+            return
+
+
+def engine(problem: Large, settings: Settings, how: str) -> Work:
+    """The engine from the same guess, its verification included."""
+    begin = time.process_time()
+    try:
+        found = solve(problem.make(), settings=settings)
+    except OcpError as failure:
+        words = f"{type(failure).__name__}: {failure}"
+        return Work(how, time.process_time() - begin, math.nan, math.nan, "", words)
+    seconds = time.process_time() - begin
+    error = problem.error(found.objective)
+    return Work(how, seconds, error, found.accuracy, _meshes(found), found.verdict)
+
+
+def _meshes(found: Solution) -> str:
+    return ", ".join(f"{m.intervals}: {m.iterations}" for m in found.mesh_iterations)
+
+
+def table(name: str, rows: Sequence[Work]) -> Table:
+    """All answers to a problem; those that say to be better than they are count."""
+    lines = [
+        (
+            row.how,
+            f"{row.seconds:.1f}",
+            f"{row.error:.0e}",
+            f"{row.stated:.0e}",
+            row.meshes,
+            row.words[:90],
+        )
+        for row in rows
+    ]
+    wrong = sum(row.error > row.stated for row in rows)
+    head = ("how", "processor s", "error", "says", "intervals: iterations", "words")
+    return Table(name, head, lines, (f"errors that are larger than stated: {wrong}",))
+
+
+def ratios(rows: Sequence[Work], accuracy: float, how: str) -> str:
+    """Time of the engine by that of the cheapest fixed mesh that is right to an accuracy."""
+    least = min((r.seconds for r in rows if not r.stated >= 0 and r.error <= accuracy), default=0.0)
+    (taken,) = (r.seconds for r in rows if r.how == how)
+    return f"{taken / least:.1f}" if least else "-"
+
+
+def _run(options: argparse.Namespace, console: Console) -> int:
+    seconds = positive("--seconds", options.seconds)
+    for name in options.problems:
+        if name not in PROBLEMS:
+            raise StudyError(f"there is no problem {name!r}; {closest(name, PROBLEMS)}")
+    lines = []
+    for name in options.problems or PROBLEMS:
+        problem, rows = PROBLEMS[name], list[Work]()
+        rows += fixed(problem)
+        asked: list[tuple[str, dict[str, Any]]] = [
+            (f"accuracy={a:g}", {"accuracy": a, "seconds": seconds}) for a in ACCURACIES
+        ]
+        for how, keywords in [*asked, ("defaults", {})]:
+            rows.append(engine(problem, Settings(**keywords), how))
+            console.progress(f"{name}, {how}: {rows[-1].seconds:.1f} s")
+        console.say(table(f"{name}: {problem.source}", rows))
+        hows = [*((f"accuracy={a:g}", a) for a in ACCURACIES), ("defaults", min(ACCURACIES))]
+        lines.append((name, *(ratios(rows, a, how) for how, a in hows)))
+    head = ("problem", *(f"accuracy={a:g}" for a in ACCURACIES), "defaults")
+    title = "Time by that of the cheapest fixed mesh that is as right (defaults: right to 1e-4)"
+    console.say(Table(title, head, lines))
+    return 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Solve large problems on fixed meshes and by the engine, and print what each took."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.large", description=__doc__)
+    parser.add_argument("problems", nargs="*", metavar="NAME", help=f"of {', '.join(PROBLEMS)}")
+    parser.add_argument(
+        "--seconds", default="120", metavar="S", help="budget of a solve with a stated accuracy"
+    )
+    return answer_for(parser, _run, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
