@@ -69,10 +69,9 @@ if TYPE_CHECKING:
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
     from ocp.analysis.scaling_report import scaling_report
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
-    from ocp.diagnostics.certificate import Certificate, certify
-    from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding
+    from ocp.diagnostics.certificate import STANDARD, Certificate, certify
+    from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding, Tolerances
     from ocp.diagnostics.second_solve import confirm
-    from ocp.diagnostics.tolerances import Tolerances
     from ocp.mesh.coarsening import coarsened
     from ocp.nlp.ipopt import Ipopt
     from ocp.nlp.solver import NlpResult, NlpSolver
@@ -113,15 +112,15 @@ _LATER = {
     "settings": ("Settings",),
     "solution.solution": ("Solution",),
     "solution.storage": ("load", "save"),
-    "diagnostics.certificate": ("Certificate", "certify"),
-    "diagnostics.diagnostic": ("Diagnostic", "Evidence", "Finding"),
+    "diagnostics.certificate": ("STANDARD", "Certificate", "certify"),
+    "diagnostics.diagnostic": ("Diagnostic", "Evidence", "Finding", "Tolerances"),
     "diagnostics.second_solve": ("confirm",),
-    "diagnostics.tolerances": ("Tolerances",),
     "verification.verify": ("Verification",),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
 
 __all__ = [
+    "STANDARD",
     "TIME",
     "Accuracy",
     "ActiveSetWarning",

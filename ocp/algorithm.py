@@ -32,11 +32,11 @@ from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.refine import Refinement, refine
 from ocp.refinement.solved_mesh import CUT_SHORT
 from ocp.reformulate.form import Form, reformulated
+from ocp.reformulate.split_controls import check_parts
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
 from ocp.verdict import verdict_on
-from ocp.verification.both_parts import check_parts
 from ocp.verification.replayed_answer import ReplayedAnswer
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification, unverified, verify

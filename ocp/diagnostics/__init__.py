@@ -2,5 +2,5 @@
 
 `certificate` tests all `conditions` of an optimum: `motion_conditions`, `optimality_conditions`,
 which judge the `minimum_principle` strictly where the active set does not change, and the
-`program_conditions` of the nonlinear program. `tolerances` says what each of them allows.
+`program_conditions` of the nonlinear program. `second_solve` solves the problem in another way.
 """

@@ -11,20 +11,28 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding
-from ocp.diagnostics.second_solve import SECOND_SOLVE
-from ocp.diagnostics.standard import STANDARD
-from ocp.diagnostics.tolerances import Tolerances
+from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding, Tolerances
+from ocp.diagnostics.motion_conditions import motion_conditions
+from ocp.diagnostics.optimality_conditions import optimality_conditions, other_controls_condition
+from ocp.diagnostics.program_conditions import program_conditions
+from ocp.diagnostics.second_solve import SECOND_SOLVE, confirm
 from ocp.errors import StatementError
-from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.optimality.iterate import Iterate
-from ocp.optimality.multipliers import Multipliers, all_multipliers
-from ocp.reformulate.form import Form
+from ocp.mesh.trajectory import Trajectory
+from ocp.optimality.multipliers import all_multipliers
 from ocp.verification.verify import NOT_CONFIRMED
+
+STANDARD: tuple[Diagnostic, ...] = (
+    motion_conditions,
+    program_conditions,
+    optimality_conditions,
+    other_controls_condition,
+    confirm,
+)
+"""The diagnostics that `certify` asks by default, in their order."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -104,36 +112,8 @@ def _plain(value: float) -> float | str:
     return float(value) if np.isfinite(value) else str(float(value))
 
 
-class Certifiable(Protocol):
-    """What a certificate reads of a solution, see `ocp.Solution`."""
-
-    @property
-    def objective(self) -> float: ...
-
-    @property
-    def verdict(self) -> str: ...
-
-    @property
-    def seconds(self) -> float: ...
-
-    @property
-    def trajectory(self) -> Trajectory: ...
-
-    @property
-    def form(self) -> Form: ...
-
-    @property
-    def form_evaluator(self) -> Evaluator: ...
-
-    @property
-    def kept_iterate(self) -> Iterate: ...
-
-    @property
-    def kept_multipliers(self) -> Multipliers: ...
-
-
 def certify(
-    solution: Certifiable,
+    solution: Any,
     tolerances: Tolerances | None = None,
     *,
     diagnostics: Sequence[Diagnostic] = STANDARD,
@@ -146,7 +126,7 @@ def certify(
     tolerances : Tolerances, optional
         What is allowed.
     diagnostics : sequence of Diagnostic
-        What is asked, in this order: `ocp.diagnostics.standard.STANDARD` by default.
+        What is asked, in this order: `ocp.STANDARD` by default.
 
     Raises
     ------

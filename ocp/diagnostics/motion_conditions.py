@@ -12,8 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ocp.accuracy import Accuracy
-from ocp.diagnostics.diagnostic import Evidence, Finding
-from ocp.diagnostics.tolerances import Tolerances
+from ocp.diagnostics.diagnostic import Evidence, Finding, Tolerances
 from ocp.estimates.excess_price import worth_of_excess
 from ocp.estimates.motion_errors import MotionErrors
 from ocp.optimality.crossed_jumps import crossed_jumps

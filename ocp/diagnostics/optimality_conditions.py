@@ -11,9 +11,8 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
-from ocp.diagnostics.diagnostic import Evidence, Finding
+from ocp.diagnostics.diagnostic import Evidence, Finding, Tolerances
 from ocp.diagnostics.minimum_principle import MinimumPrinciple, minimum_principle
-from ocp.diagnostics.tolerances import Tolerances
 from ocp.estimates.other_controls.promise import other_controls, others_remark, promised_by
 from ocp.estimates.promised_gain import promised_gain
 from ocp.estimates.switch_detection import control_jumps

@@ -13,8 +13,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.diagnostics.diagnostic import Evidence, Finding
-from ocp.diagnostics.tolerances import Tolerances
+from ocp.diagnostics.diagnostic import Evidence, Finding, Tolerances
 from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from ocp import (
+    STANDARD,
     Between,
     Bound,
     Control,
@@ -27,7 +28,6 @@ from ocp import (
     confirm,
     solve,
 )
-from ocp.diagnostics.standard import STANDARD
 
 x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
 
