@@ -207,35 +207,6 @@ COMMANDS: Mapping[str, Command] = {
     ),
 }
 
-# What a name that is no longer a sub-command became.
-FORMER_COMMANDS = {
-    "table": "write antenna-ocp paper",
-    "arm-robust": "write antenna-ocp robust arm",
-    "benchmark-speed": "write make race in the source tree; python -m benchmarks.race --help "
-    "names its parts and flags",
-    "arm-speed": "write make exudyn in the source tree",
-    "build-time": "write python -m benchmarks.race --only build in the source tree",
-}
-
-# What a flag that a sub-command no longer has became.
-FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
-    "truss": {
-        "--verify": "write antenna-ocp check PROFILE, with the same study and flags",
-        "--config": "write the file before the flags: antenna-ocp truss STUDY.toml",
-    },
-    "arm": {
-        "--baselines": "write antenna-ocp arm baselines --drive torque (or angle)",
-        "--least-duration": "write antenna-ocp arm least-duration --drive torque (or angle)",
-        "--sequence": "write antenna-ocp arm sequence --least peak-torque (or time)",
-        "--trade-off": "write antenna-ocp pareto arm",
-        "--config": "write antenna-ocp arm solve STUDY.toml",
-    },
-    "robust arm": {
-        "--config": "write the file before the flags: antenna-ocp robust arm STUDY.toml",
-    },
-    "benchmarks": {"--output": "write --results DIR"},
-}
-
 
 ARGPARSE_WORDS = {  # what the parser says, and what we say
     r"^argument (\S+): expected one argument$": r"\1 has no value",
@@ -283,7 +254,7 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     Raises
     ------
     StudyError
-        If a sub-command or flag is unknown or no longer there, or an argument is missing.
+        If a sub-command or flag is unknown, or an argument is missing.
     """
     words = list(words)
     if not words:
@@ -297,7 +268,6 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     if name not in COMMANDS:  # a group of sub-commands, with a wish for help or with nothing
         return argparse.Namespace(), _say(overview(name))
     rest = words[len(name.split()) :]
-    _refuse_former_flags(name, rest)
     _refuse_dashes(rest)
 
     parser = build_parser(name)
@@ -370,28 +340,16 @@ def _command_name(words: Sequence[str]) -> str:
     if members and second in ("-h", "--help"):
         return first
     if members and second.startswith("-"):
-        _refuse_former_flags(first, words)
         raise StudyError(
             f"{PROGRAM} {first} of what: before {second} comes one of {', '.join(members)}"
         )
     if members:
         given = f"{PROGRAM} {first} has no '{second}'" if second else f"{PROGRAM} {first} of what"
         raise StudyError(f"{given}; {_suggestion(second, members)}")
-    if first in FORMER_COMMANDS:
-        raise StudyError(f"'{PROGRAM} {first}' is no longer there; {FORMER_COMMANDS[first]}")
     if first.startswith("-"):
         raise StudyError(f"unknown flag {first}; {_suggestion(first, ('--help', '--version'))}")
     known = dict.fromkeys(name.split()[0] for name in COMMANDS)
     raise StudyError(f"unknown sub-command '{first}'; {_suggestion(first, known)}")
-
-
-def _refuse_former_flags(name: str, words: Iterable[str]) -> None:
-    # a sub-command such as "arm solve" answers for the flags of the former "arm", too
-    former = {**FORMER_FLAGS.get(name.split()[0], {}), **FORMER_FLAGS.get(name, {})}
-    for word in words:
-        flag = word.split("=")[0]
-        if flag in former:
-            raise StudyError(f"'{PROGRAM} {name} {flag}' is no longer there; {former[flag]}")
 
 
 def _refuse_repeated_flags(words: Sequence[str], parser: argparse.ArgumentParser) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from models.truss import DYNAMIC_SET
-from studies.cli import COMMANDS, FORMER_COMMANDS, FORMER_FLAGS, main
+from studies.cli import COMMANDS, main
 from studies.common.exit_codes import ExitCode
 from studies.truss.motions.laws import paper_laws
 
@@ -199,26 +199,6 @@ def answer(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("antenna-ocp: ")
     return line
-
-
-@pytest.mark.parametrize("name", FORMER_COMMANDS)
-def test_a_former_sub_command_answers_with_what_to_write(
-    name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    line = answer([name, "--list"], capsys)
-    assert f"'antenna-ocp {name}' is no longer there; write " in line
-    assert name not in COMMANDS
-
-
-@pytest.mark.parametrize(
-    ("name", "flag"), [(name, flag) for name, flags in FORMER_FLAGS.items() for flag in flags]
-)
-def test_a_former_flag_answers_with_what_to_write(
-    name: str, flag: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for words in ([flag, "mine"], [f"{flag}=mine"]):
-        line = answer([*name.split(), *words], capsys)
-        assert f"'antenna-ocp {name} {flag}' is no longer there; write " in line
 
 
 def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
