@@ -72,13 +72,12 @@ if TYPE_CHECKING:
     from ocp.diagnostics.certificate import STANDARD, Certificate, certify
     from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding, Tolerances
     from ocp.diagnostics.second_solve import confirm
-    from ocp.mesh.coarsening import coarsened
     from ocp.nlp.ipopt import Ipopt
     from ocp.nlp.solver import NlpResult, NlpSolver
-    from ocp.refinement.mesh_iteration import MeshIteration
     from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
-    from ocp.refinement.policies.moving_mesh import MovingMesh
+    from ocp.refinement.policies.moving_mesh import MovingMesh, coarsened
     from ocp.refinement.policies.policy import FixedMesh, MeshPolicy
+    from ocp.refinement.solved_mesh import MeshIteration
     from ocp.reformulate.reformulation import Reformulation, Restated
     from ocp.settings import Settings
     from ocp.solution.solution import Solution
@@ -101,12 +100,11 @@ _LATER = {
     "analysis.scaling_report": ("scaling_report",),
     "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
     "analysis.multistart": ("Audit", "audit"),
-    "mesh.coarsening": ("coarsened",),
+    "refinement.policies.moving_mesh": ("MovingMesh", "coarsened"),
     "nlp.ipopt": ("Ipopt",),
     "nlp.solver": ("NlpResult", "NlpSolver"),
-    "refinement.mesh_iteration": ("MeshIteration",),
+    "refinement.solved_mesh": ("MeshIteration",),
     "refinement.policies.adaptive_mesh": ("AdaptiveMesh",),
-    "refinement.policies.moving_mesh": ("MovingMesh",),
     "refinement.policies.policy": ("FixedMesh", "MeshPolicy"),
     "reformulate.reformulation": ("Reformulation", "Restated"),
     "settings": ("Settings",),

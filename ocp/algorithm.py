@@ -14,8 +14,7 @@ from typing import Any
 from ocp.errors import BudgetSpent, Interrupted, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.later import later
-from ocp.mesh.first_mesh import following
-from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.initial_guess import following, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.failures import collapsed, failure, remedy_for_kinks

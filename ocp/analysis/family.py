@@ -29,7 +29,6 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
-from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
 from ocp.refinement.policies.moving_mesh import (
     KeptWhileGood,
@@ -40,6 +39,7 @@ from ocp.refinement.policies.moving_mesh import (
 )
 from ocp.refinement.refine import refine
 from ocp.refinement.saddles import lower_motion, may_be_saddle
+from ocp.refinement.solved_mesh import MeshIteration, iterations_of, record_of
 from ocp.reformulate.form import Form
 from ocp.settings import Settings
 from ocp.solution.solution import Solution

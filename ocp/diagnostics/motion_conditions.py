@@ -13,8 +13,8 @@ import numpy as np
 
 from ocp.accuracy import Accuracy
 from ocp.diagnostics.diagnostic import Evidence, Finding, Tolerances
-from ocp.estimates.excess_price import worth_of_excess
 from ocp.estimates.motion_errors import MotionErrors
+from ocp.estimates.promised_gain import worth_of_excess
 from ocp.optimality.crossed_jumps import crossed_jumps
 from ocp.optimality.iterate import Iterate
 from ocp.verification.replayed_answer import ReplayedAnswer

@@ -13,7 +13,6 @@ import numpy as np
 from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags
 from ocp.estimates.constrained_arcs import arc_gains
-from ocp.estimates.excess_price import weighted_by_worth, without_small_costs
 from ocp.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.estimates.missed_switches import (
     between_valleys,
@@ -22,7 +21,7 @@ from ocp.estimates.missed_switches import (
     shared,
 )
 from ocp.estimates.motion_errors import MotionErrors
-from ocp.estimates.promised_gain import PhaseGains
+from ocp.estimates.promised_gain import PhaseGains, weighted_by_worth, without_small_costs
 from ocp.estimates.switch_detection import Jump, control_jumps
 from ocp.mesh.mesh import ExtraPoints
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
-from ocp.mesh.phase_times import drawn_times
+from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, drawn_times
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem

@@ -1,9 +1,8 @@
 """Mesh refinement: solve, estimate the errors between the points, choose the next mesh.
 
 `refine` is the loop, and `planning` what it solves next. `mesh_solver` solves one mesh, in as many
-`attempts` as it takes and within the `budget`. A `solved_mesh` is what the solver finished, and
-`mesh_iteration` its record. `first_start` tries other starts on the first mesh, by `search`, unless
-the problem seems convex.
+attempts as it takes and within the `budget`. A `solved_mesh` is what the solver finished.
+`first_start` tries other starts on the first mesh, by `search`, unless the problem seems convex.
 
 `policies` make the next mesh. A refinement rule of one's own is a `policies.policy.MeshPolicy`.
 `endings` say when no finer mesh would help, and `stopped` makes the error of a refinement without

@@ -19,11 +19,10 @@ from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.nlp.failures import failure
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.policy import MeshPolicy
 from ocp.refinement.search import MeshAnswer
-from ocp.refinement.solved_mesh import OVERPROMISE, Ending, SolvedMesh
+from ocp.refinement.solved_mesh import OVERPROMISE, Ending, MeshIteration, SolvedMesh, record_of
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from ocp.accuracy import Accuracy
 from ocp.estimates.error_estimate import estimate_errors
-from ocp.estimates.excess_price import is_affordable
+from ocp.estimates.promised_gain import is_affordable
 from ocp.problem.functionals import Peak
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh, best_of

@@ -14,13 +14,12 @@ from ocp.mesh.mesh import Mesh
 from ocp.nlp.interrupts import SecondInterrupt
 from ocp.refinement.endings import ending_of
 from ocp.refinement.first_start import first_answer
-from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.planning import History, PlannedMesh, first_plan, gap, look_at, next_plan
 from ocp.refinement.policies.brackets import most_iterations
 from ocp.refinement.raised_peaks import verifiable
 from ocp.refinement.search import FirstMesh, MeshAnswer
-from ocp.refinement.solved_mesh import Ending, SolvedMesh, objective_error
+from ocp.refinement.solved_mesh import Ending, MeshIteration, SolvedMesh, objective_error
 from ocp.refinement.stopped import budget_spent, interrupted
 from ocp.transcription.packing import trajectory_of
 

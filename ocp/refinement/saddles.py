@@ -27,8 +27,8 @@ from ocp.nlp.failures import failure
 from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
-from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.solved_mesh import MeshIteration, iterations_of, record_of
 from ocp.settings import Settings
 from ocp.transcription.kernels import Program
 from ocp.transcription.packing import trajectory_of

@@ -20,13 +20,11 @@ from math import inf
 import numpy as np
 
 from ocp.estimates.motion_errors import MotionErrors
-from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess
+from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess, meet_freely
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.mesh.phase_times import meet_freely
 from ocp.nlp.solver import NlpResult, NlpSolver, StartingPoint
-from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.refinement.solved_mesh import MeshIteration, SolvedMesh, iterations_of, record_of
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import Transcription
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from ocp.errors import BudgetSpent, Interrupted
 from ocp.mesh.trajectory import Trajectory
-from ocp.refinement.mesh_iteration import iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.planning import History
-from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.refinement.solved_mesh import SolvedMesh, iterations_of
 
 
 def budget_spent(

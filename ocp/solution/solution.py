@@ -23,7 +23,7 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
 from ocp.problem.vectors import Vector
-from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.refinement.solved_mesh import MeshIteration
 from ocp.reformulate.form import Form
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification

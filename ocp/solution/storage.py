@@ -26,8 +26,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import FileError
-from ocp.mesh.initial_guess import StatedGuess
-from ocp.mesh.phase_times import guessed_times
+from ocp.mesh.initial_guess import StatedGuess, guessed_times
 from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
 from ocp.problem.interpolants import Interpolant, interpolant_of
 from ocp.problem.parameters import parameters_of

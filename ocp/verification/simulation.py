@@ -1,8 +1,8 @@
 """Independent simulation: the controls of a solution drive the stated dynamics again.
 
 It starts at the initial state. Its steps start again at the breakpoints, where the controls may
-jump. It uses the integrator of `ocp.numerics.extrapolation`, where that does not hold with short
-steps the one of `ocp.numerics.stiff_integrator`, and its own compiled copy of the dynamics,
+jump. It uses the integrator of `ocp.numerics.integrators`, where that does not hold with short
+steps the one of `ocp.numerics.integrators`, and its own compiled copy of the dynamics,
 unscaled and straight from the statement.
 
 The variational equation ``Phi' = df/dx Phi`` along the solution tells how an error made at one time
@@ -24,9 +24,8 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.columnwise import called, columnwise
-from ocp.numerics.extrapolation import accumulated, driven_step
+from ocp.numerics.integrators import accumulated, backward_differences, driven_step
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
-from ocp.numerics.stiff_integrator import backward_differences
 from ocp.problem.instants import within
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem

@@ -36,8 +36,8 @@ from typing import NamedTuple
 import casadi as ca
 
 from ocp.accuracy import Accuracy
-from ocp.estimates.excess_price import worth_of_excess
 from ocp.estimates.motion_errors import MotionErrors, dense_peak
+from ocp.estimates.promised_gain import worth_of_excess
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate

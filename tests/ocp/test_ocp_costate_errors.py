@@ -19,7 +19,7 @@ from ocp import (
     solve,
 )
 from ocp.optimality.active_set import acting_on_states
-from ocp.optimality.costate_errors import costate_errors
+from ocp.optimality.control_gains import costate_errors
 from ocp.optimality.multipliers import phase_costates
 
 

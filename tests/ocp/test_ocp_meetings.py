@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from ocp import TIME, Between, Bound, Control, Phase, Problem, State, audit, certify, joined, solve
-from ocp.mesh.phase_times import drawn_times, guessed_times
+from ocp.mesh.initial_guess import drawn_times, guessed_times
 
 x, v, u = State("x"), State("v"), Control("u")
 

@@ -20,7 +20,7 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.estimates.excess_price import is_affordable
+from ocp.estimates.promised_gain import is_affordable
 
 
 def ride(cap=None):

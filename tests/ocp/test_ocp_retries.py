@@ -8,9 +8,9 @@ import pytest
 
 from ocp import Ipopt
 from ocp.nlp.solver import NlpResult, StartingPoint
-from ocp.refinement.attempts import with_retries
 from ocp.refinement.budget import Budget
-from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.refinement.mesh_solver import with_retries
+from ocp.refinement.solved_mesh import MeshIteration
 
 COLD = StartingPoint(np.zeros(2))
 WARM = StartingPoint(np.zeros(2), (np.ones(2), np.ones(1)))

@@ -27,9 +27,8 @@ from ocp import (
     solve,
 )
 from ocp.mesh.trajectory import SignalGroup
-from ocp.numerics.extrapolation import SUBSTEPS, extrapolated_step
+from ocp.numerics.integrators import SUBSTEPS, backward_differences, extrapolated_step
 from ocp.numerics.piecewise_polynomial import Bernstein, Lagrange, Piece, PiecewisePolynomial
-from ocp.numerics.stiff_integrator import backward_differences
 from ocp.verification.simulation import replayed, simulate
 
 

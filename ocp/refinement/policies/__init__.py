@@ -1,7 +1,6 @@
 """From what is wrong with a solved mesh to the next one.
 
 `policy` says what is asked of a policy. `adaptive_mesh` is the default: it decides what the whole
-mesh demands, and `next_phase` makes the next mesh of each phase. There `marks` say which intervals
-are cut, `brackets` stand around jumps, `kink_breakpoints` on kinks, and `back_off` closes leaks.
-`moving_mesh` is for families.
+mesh demands, and `next_phase` makes the next mesh of each phase. There `brackets` stand around
+jumps, `kink_breakpoints` on kinks, and `back_off` closes leaks. `moving_mesh` is for families.
 """

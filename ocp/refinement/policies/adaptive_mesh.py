@@ -11,7 +11,7 @@ import numpy as np
 
 from ocp.accuracy import Accuracy
 from ocp.estimates.error_estimate import MeshErrors
-from ocp.estimates.excess_price import cost_of_raising, is_affordable
+from ocp.estimates.promised_gain import cost_of_raising, is_affordable
 from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import Mesh, PhaseMesh, bisected, same_intervals
 from ocp.optimality.iterate import Iterate
