@@ -36,9 +36,8 @@ from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
 from ocp.verdict import verdict_on
-from ocp.verification.replayed_answer import ReplayedAnswer
 from ocp.verification.simulation import SimulatedMotion
-from ocp.verification.verify import Verification, unverified, verify
+from ocp.verification.verify import ReplayedAnswer, Verification, unverified, verify
 
 _DEFAULTS = Settings()
 

@@ -17,9 +17,13 @@ from ocp.estimates.motion_errors import MotionErrors
 from ocp.estimates.promised_gain import worth_of_excess
 from ocp.optimality.crossed_jumps import crossed_jumps
 from ocp.optimality.iterate import Iterate
-from ocp.verification.replayed_answer import ReplayedAnswer
 from ocp.verification.simulation import SimulatedMotion
-from ocp.verification.verify import Verification, boundary_excesses, verify
+from ocp.verification.verify import (
+    ReplayedAnswer,
+    Verification,
+    boundary_excesses,
+    verify,
+)
 
 # Part of its scale that is the size of a peak of zero, as of an objective that is zero
 _OF_A_SCALE = 1e-3

@@ -26,10 +26,9 @@ __all__ = ["Figure", "plot"]
 
 _PER_INTERVAL = 24  # points of a curve
 _MOST_ROWS = 6  # of panels in a column
-_WIDTH, _HEIGHT = 3.6, 1.75  # of a panel [inch]
+_WIDTH, _HEIGHT = 4, 2  # of a panel [inch]
 _LINE, _LIMIT, _MESH = "#0b5fa5", "#d1495b", "0.45"  # told apart by the colour-blind
-# limits farther from a curve than this many times its range would flatten it and are left out
-_FAR = 2.0
+_FAR = 2.0  # ranges of a curve: limits farther from it would flatten it and are left out
 _FLAT = 1e-6  # part of its size within which a curve counts as constant: the rest is rounding
 
 
@@ -67,7 +66,7 @@ def plot(solution: Solution) -> Figure:
     """
     columns = [column for column in _columns(solution) if column]
     rows = max(len(column) for column in columns)
-    size = (_WIDTH * len(columns) + 0.4, _HEIGHT * rows + 0.8)
+    size = (_WIDTH * len(columns), _HEIGHT * rows + 1)
     figure = Figure(figsize=size, layout="constrained")
     figure.suptitle(_title(solution), fontsize="medium")
 
@@ -182,7 +181,7 @@ def _quotient(unit: str, divisor: str) -> str:
 def _draw(panel: Axes, curve: TimeHistory, solution: Solution) -> None:
     """One panel."""
     for times, values in curve.pieces:
-        panel.plot(times, values, color=_LINE, lw=1.3)
+        panel.plot(times, values, color=_LINE)
     values = np.concatenate([v for _, v in curve.pieces])
     largest, span = float(np.abs(values).max()), float(np.ptp(values))
     if span < _FLAT * largest:
@@ -190,23 +189,23 @@ def _draw(panel: Axes, curve: TimeHistory, solution: Solution) -> None:
         panel.set_ylim(values.mean() - 0.5 * span, values.mean() + 0.5 * span)
     for start, end, limit in curve.limits:
         if values.min() - _FAR * span <= limit <= values.max() + _FAR * span:
-            panel.plot([start, end], [limit, limit], color=_LIMIT, lw=1.0, ls="--")
+            panel.plot([start, end], [limit, limit], color=_LIMIT, lw=1, ls="--")
 
     motions = solution.trajectory.phases
     for motion in motions:
         # at the bottom of the panel, whatever its vertical axis
         at_bottom = panel.get_xaxis_transform()
         points = motion.breakpoints
-        panel.plot(points, np.zeros(points.size), "|", color=_MESH, ms=5, transform=at_bottom)
+        panel.plot(points, np.zeros(points.size), "|", color=_MESH, transform=at_bottom)
     for motion in motions[1:]:
-        panel.axvline(motion.start, color=_MESH, lw=0.8, ls=":")
+        panel.axvline(motion.start, color=_MESH, lw=1, ls=":")
 
     label = curve.name if curve.unit == "1" else f"{curve.name} [{curve.unit}]"
     panel.set_title(label, fontsize="small", loc="left")
-    panel.grid(color="0.92", lw=0.6)
+    panel.grid(color="0.92")
     panel.set_axisbelow(True)
-    panel.margins(x=0.01, y=0.12)
+    panel.margins(x=0)
     panel.tick_params(labelsize="small")
-    panel.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4), useMathText=True)
+    panel.ticklabel_format(axis="y", style="sci", scilimits=(-3, 3), useMathText=True)
     for side in ("top", "right"):
         panel.spines[side].set_visible(False)
