@@ -386,7 +386,7 @@ def _classes() -> dict[str, Callable[..., Any]]:
     from ocp.numerics import piecewise_polynomial, schemes
     from ocp.optimality import iterate, multipliers
     from ocp.problem import bounds, functionals, symbols
-    from ocp.refinement import mesh_iteration
+    from ocp.refinement import solved_mesh
     from ocp.reformulate import split_controls
     from ocp.scaling import scales
     from ocp.verification import simulation, verify
@@ -401,7 +401,7 @@ def _classes() -> dict[str, Callable[..., Any]]:
         *(piecewise_polynomial.Piece, piecewise_polynomial.PiecewisePolynomial),
         *(mesh.PhaseMesh, mesh.ExtraPoints, mesh.Mesh, trajectory.Evaluator),
         *(trajectory.SignalGroup, trajectory.PhaseTrajectory, trajectory.Trajectory),
-        *(scales.Scales, iterate.Iterate, mesh_iteration.MeshIteration),
+        *(scales.Scales, iterate.Iterate, solved_mesh.MeshIteration),
         *(multipliers.PhaseCostates, multipliers.PathMultiplier, multipliers.Multipliers),
         *(simulation.SimulatedPhase, simulation.SimulatedMotion),
         *(verify.Verification, Solution),
