@@ -3,13 +3,13 @@
 State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solve`, and read the
 `Solution`, which has been refined, replayed by another integrator and checked between its points.
 
-The rooms: `problem` (what the user states), `numerics` (schemes, polynomials, integrators), `mesh`
-(meshes, trajectories, guesses), `reformulate` (what is solved in place of a statement), `scaling`
-(typical sizes), `transcription` (the nonlinear program), `nlp` (its solvers), `optimality`
-(costates, multipliers, the Hamiltonian), `refinement` (the next mesh), `verification` (replay,
-bounds between the points, certificate), `solution` (what is returned, stored and drawn) and
-`analysis` (sensitivities, several starts, relaxation, families).
-`algorithm` leads through them.
+The packages, from the lowest to the highest: `numerics` (schemes, polynomials, integrators),
+`problem` (what the user states), `mesh` (meshes, trajectories, guesses), `reformulate` (what is
+solved in place of a statement), `scaling` (typical sizes), `transcription` (the nonlinear program),
+`nlp` (its solvers), `optimality` (costates, multipliers, the Hamiltonian), `estimates` (errors
+between the points), `verification` (replay), `refinement` (the next mesh), `diagnostics` (the
+certificate), `solution` (what is returned, stored and drawn) and `analysis` (questions that take
+more than one solve). `algorithm` leads from a problem to its solution.
 """
 
 from importlib import import_module

@@ -109,12 +109,12 @@ class Exchanged:
     Attributes
     ----------
     solution : Solution
-    room : float
+    gap : float
         How much less the later objective may be at a local optimum, as a part of its value.
     """
 
     solution: Solution
-    room: float
+    gap: float
 
 
 def by_exchanged_roles(
@@ -191,7 +191,7 @@ def by_exchanged_roles(
         best = found if excess <= 0.0 else best
         if 0.0 <= -excess <= _UNUSED * (held.limit - held.value):
             break
-    return None if best is None else Exchanged(best, search.room)
+    return None if best is None else Exchanged(best, search.gap)
 
 
 def _attempted(
@@ -241,7 +241,7 @@ class _CapSearch:
         self._last_was_high: bool | None = None
 
     @property
-    def room(self) -> float:
+    def gap(self) -> float:
         """How far the lower end of the bracket is, as a part of the upper one."""
         return (self.high - self.low) / abs(self.high)
 

@@ -43,7 +43,7 @@ class PriorityLevel:
     solution : Solution or None
     error : OcpError or None
         Why there is no solution.
-    room : float
+    gap : float
         How much less the value may be at this optimum, as a part of it, where it was found from
         above only (`ocp.analysis.exchanged_roles`).
     """
@@ -53,7 +53,7 @@ class PriorityLevel:
     held: float | None = None
     solution: Solution | None = None
     error: OcpError | None = None
-    room: float = 0.0
+    gap: float = 0.0
 
     def __repr__(self) -> str:
         outcome = f"= {self.value:.8g}" if self.value is not None else f"failed, {self.error}"
@@ -141,9 +141,9 @@ def solve_lexicographic(
             try:
                 if solution is None:
                     stated = with_objective(problem, objective + terms[i])
-                    solution, room = options.solved(stated, guess, mesh=mesh), 0.0
+                    solution, gap = options.solved(stated, guess, mesh=mesh), 0.0
                 else:
-                    solution, room = _next_level(
+                    solution, gap = _next_level(
                         problem, objective, terms[i], held, solution, options
                     )
             except (SolveFailed, Interrupted) as error:
@@ -153,7 +153,7 @@ def solve_lexicographic(
                 return Lexicographic(solution, tuple(levels), isinstance(error, Interrupted))
 
             is_last = i + 1 == count
-            level = _reached(objective, solution, None if is_last else slacks[i], room)
+            level = _reached(objective, solution, None if is_last else slacks[i], gap)
             levels.append(level)
             if level.held is not None:
                 assert level.value is not None
@@ -174,7 +174,7 @@ def _next_level(
     solution: Solution,
     options: SolveOptions,
 ) -> tuple[Solution, float]:
-    """The least of an objective while all before keep their limits, and what room it leaves.
+    """The least of an objective while all before keep their limits, and the gap below it.
 
     With nothing held yet it is the solution that was given.
 
@@ -202,15 +202,15 @@ def _next_level(
         )
         if found is None:
             raise
-        return found.solution, found.room
+        return found.solution, found.gap
 
 
-def _reached(objective: Any, solution: Solution, slack: float | None, room: float) -> PriorityLevel:
+def _reached(objective: Any, solution: Solution, slack: float | None, gap: float) -> PriorityLevel:
     """What an objective has reached; without a slack it is not held afterwards."""
     # the replay is what is reported, and the program cannot get below its own value
     value = largest_value(objective, solution)
     limit = None if slack is None else value + slack * abs(value)
-    return PriorityLevel(objective, value, limit, solution, room=room)
+    return PriorityLevel(objective, value, limit, solution, gap=gap)
 
 
 def _for_each_objective(

@@ -118,7 +118,7 @@ def test_exchanged_roles_give_the_same_motion(monkeypatch, slack):
     # at most a twentieth of the concession is unused; the effort falls with its square root
     assert level.value == pytest.approx(direct.levels[1].value, rel=0.05)
     assert level.value >= direct.levels[1].value * (1 - 1e-5)
-    assert 0.0 < level.room < 1.0
+    assert 0.0 < level.gap < 1.0
 
 
 def test_objectives_that_do_not_contend_leave_no_room(monkeypatch):
@@ -128,4 +128,4 @@ def test_objectives_that_do_not_contend_leave_no_room(monkeypatch):
     objectives = [-phase.at_end(x), -phase.at_end(v)]
     found = solve_lexicographic(problem, objectives, slack=1e-3, settings=FEW)
     assert found.solution.value(phase.at_end(v)) == pytest.approx(1.0, rel=1e-6)
-    assert found.levels[1].room == 0.0
+    assert found.levels[1].gap == 0.0

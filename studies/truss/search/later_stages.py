@@ -48,10 +48,10 @@ def later_stages(
         label = f"objective {place}"
         if level.solution is not None and place > 1:
             console.progress(f"{label}: done")
-            if level.room > 0.0:
+            if level.gap > 0.0:
                 remarks.append(
                     f"The {label} was found from above: at this optimum it may be less by "
-                    f"{100 * level.room:.2g} % at most."
+                    f"{100 * level.gap:.2g} % at most."
                 )
         elif level.error is not None and not found.interrupted:
             remarks.append(f"The stage '{label}' failed and was left out: {level.error}")
