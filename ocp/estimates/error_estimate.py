@@ -34,10 +34,6 @@ from ocp.optimality.iterate import Iterate
 _MOST_EXTRA_WHERE_ROUGH = 4
 _MOST_EXTRA = 10
 
-# Relative error of the dynamics above which a mesh has no motion yet whose controls could be
-# compared with others, which takes longest of all estimates.
-_A_MOTION = 1e-2
-
 # relative excess beyond which an interval is too long for its constraint: a solver leaps between
 # the added points over a ridge as steep as that
 _COARSE = 1e-3
@@ -147,7 +143,8 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         jumps = tuple(control_jumps(motion, iterate.scales.signals))
         gains = PhaseGains.of(iterate, evaluator, index, strongest[index])
         valleys = np.zeros(max(motion.intervals - 1, 0))
-        if motion_errors.worst_dynamics <= _A_MOTION:
+        # the dearest of all estimates: not for a motion that is about to be replaced anyway
+        if motion_errors.worst_dynamics <= accuracy.dynamics:
             valleys = between_valleys(iterate, evaluator, index)
         missed = shared(np.maximum(missed_switches(iterate, evaluator, index, jumps), valleys))
         acting = strongest[index] > ACTING

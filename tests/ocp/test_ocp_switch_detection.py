@@ -1,5 +1,6 @@
 """Jumps of controls of any order: where they are, and meshes that close in on them."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,7 +22,7 @@ from ocp.estimates.switch_detection import (
     jumps,
     switches_at_breakpoints,
 )
-from ocp.mesh.mesh import PhaseMesh, uniform
+from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
 from ocp.mesh.trajectory import SignalGroup
 from ocp.numerics.piecewise_polynomial import (
     Bernstein,
@@ -265,9 +266,9 @@ def test_a_breakpoint_without_a_jump_stays_put() -> None:
     np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.55, 0.6, 1.0])
 
 
-def solved_mesh(movable, iterations=10, leak=0.0):
+def solved_mesh(movable, iterations=10, leak=0.0, intervals=5):
     """A mesh with movable breakpoints, the iterations that it took and what it left open."""
-    mesh = SimpleNamespace(phases=[SimpleNamespace(movable=movable)])
+    mesh = Mesh((replace(uniform(intervals, 3), movable=movable),))
     errors = MeshErrors(phases=(), dynamics=0.0, excess=leak, gain=0.0)
     return SolvedMesh(
         iterate=SimpleNamespace(mesh=mesh),
@@ -318,12 +319,15 @@ def test_an_arc_is_entered_where_it_begins_whatever_the_first_mesh_is(intervals)
 
 
 def test_a_mesh_whose_breakpoints_move_is_given_up_where_the_next_ones_would_be_held_still():
-    still, moving = (SimpleNamespace(phases=[SimpleNamespace(movable=m)]) for m in ((), (3,)))
+    moving = solved_mesh((3,), 0).iterate.mesh
+    still = solved_mesh((), 0, intervals=6).iterate.mesh
     assert most_iterations([solved_mesh((), 30)], moving) == 100
     assert most_iterations([solved_mesh((), 400)], moving) == 100
     later = [solved_mesh((), 30), solved_mesh((), 60), solved_mesh((3,), 90)]
     assert most_iterations(later, moving) == 120
     assert most_iterations([solved_mesh((), 30)], still) == np.inf
+    # one with the same intervals has only more points, and there is a mesh to go back to
+    assert most_iterations([solved_mesh((), 30)], solved_mesh((), 0).iterate.mesh) == 100
     assert most_iterations([], moving) == np.inf  # there is nothing to go back to
 
 
