@@ -21,7 +21,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
-from ocp.numerics.interval_maxima import Extremes, dense_grid, maxima
+from ocp.numerics.piecewise_polynomial import Extremes, dense_grid, maxima
 from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.numerics.schemes import Collocation, Gauss
 from ocp.problem.functionals import Integral, Peak

@@ -22,8 +22,7 @@ from ocp.arrays import Array, Flags, Integers
 from ocp.estimates.switch_detection import control_samples, jumps_at
 from ocp.mesh.mesh import PhaseMesh
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
-from ocp.numerics.interval_maxima import Extremes
-from ocp.numerics.piecewise_polynomial import PiecewisePolynomial
+from ocp.numerics.piecewise_polynomial import Extremes, PiecewisePolynomial
 from ocp.optimality.active_set import (
     ACTING,
     CLOSE,

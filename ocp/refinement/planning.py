@@ -17,7 +17,7 @@ from ocp.accuracy import Accuracy
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.nlp.failures import failure
-from ocp.numerics.interval_maxima import Extremes
+from ocp.numerics.piecewise_polynomial import Extremes
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.policy import MeshPolicy

@@ -14,8 +14,7 @@ from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.scaling.automatic import scales_of
 from ocp.scaling.scales import Scales, far_below_limits, is_brief, roomy
-from ocp.scaling.symbol_sizes import largest_end_value
-from ocp.scaling.variations import FRACTIONS, NOTHING, largest_finite
+from ocp.scaling.symbol_sizes import FRACTIONS, NOTHING, largest_end_value, largest_finite
 
 # Of the sizes that the guess gave: values beyond are outsized.
 OUTSIZED = 1e4

@@ -34,14 +34,17 @@ from ocp.scaling.scales import Scales
 from ocp.scaling.symbol_sizes import (
     GUESS,
     GUESSED_NUMBER,
+    NOTHING,
     STATED,
+    Probe,
     SizeSources,
+    boundary_variation,
+    largest_finite,
     limits_of,
     signal_sizes,
     size_or_one,
     unknown_sizes,
 )
-from ocp.scaling.variations import NOTHING, Probe, boundary_variation, largest_finite
 
 # Part of a limit from which on a motion counts as one that comes up to it, between the instants at
 # which it is looked at

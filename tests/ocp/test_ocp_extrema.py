@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ocp.numerics.interval_maxima import dense_grid, maxima
+from ocp.numerics.piecewise_polynomial import dense_grid, maxima
 
 
 def all_maxima(function, intervals, level=-np.inf):

@@ -25,7 +25,6 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.kinks import KinkSurfaces
 from ocp.problem.kinks import crossable_kinks
 from ocp.refinement.policies.kink_breakpoints import (
-    CrossedMesh,
     are_met,
     with_crossings,
     with_sides,
@@ -189,7 +188,7 @@ def test_a_problem_without_kinks_gives_no_sides():
 
 
 def crossed(breakpoints, places, behind=(1, -1)):
-    """A solved mesh of two crossings of one kink, whose breakpoints stand where they stand."""
+    """A mesh with two breakpoints for crossings of one kink, and where these are."""
     mesh = uniform(10, 4)
     sides = np.zeros((10, 1), dtype=np.int64)
     fractions = mesh.breakpoints.copy()
@@ -202,24 +201,24 @@ def crossed(breakpoints, places, behind=(1, -1)):
     found = KinkCrossings(
         np.array(places), zeros, np.array(behind), off, 1, np.zeros(10, dtype=bool)
     )
-    return CrossedMesh(mesh, fractions, found)
+    return mesh, found
 
 
 def test_breakpoints_that_come_no_nearer_are_given_up():
-    nearing = [crossed([0.3, 0.7], [0.3 + 0.01 * 0.5**k, 0.7]) for k in range(8)]
-    staying = [crossed([0.3, 0.7], [0.31, 0.7]) for _ in range(5)]
-    assert are_met(nearing)
-    assert are_met(staying[:4])
-    assert not are_met(staying)
+    nearing = [crossed([0.3, 0.7], [0.3 + 0.01 * 0.5**k, 0.7])[1] for k in range(8)]
+    staying = [crossed([0.3, 0.7], [0.31, 0.7])[1] for _ in range(5)]
+    assert are_met(nearing, 10)
+    assert are_met(staying[:4], 10)
+    assert not are_met(staying, 10)
 
 
 def test_a_breakpoint_follows_its_crossing_and_leaves_known_times_alone():
-    solved = crossed([0.3, 0.7], [0.305, 0.7])
-    moved = with_crossings(solved.mesh, solved, np.empty(0), 1e-8)
+    solved, crossings = crossed([0.3, 0.7], [0.305, 0.7])
+    moved = with_crossings(solved, crossings, np.empty(0), 1e-8)
     assert moved.moved.tolist() == [True, False]
     expected = np.sort(np.append(np.delete(uniform(10, 4).breakpoints, 3), 0.305))
     assert moved.mesh.breakpoints == pytest.approx(expected)
-    held = with_crossings(solved.mesh, solved, np.array([0.3]), 1e-8)
+    held = with_crossings(solved, crossings, np.array([0.3]), 1e-8)
     assert {0.3, 0.305} <= set(np.round(held.mesh.breakpoints, 12).tolist())
 
     sides = with_sides(moved.mesh, moved.crossings, 1e-8).sides
@@ -229,13 +228,13 @@ def test_a_breakpoint_follows_its_crossing_and_leaves_known_times_alone():
 
 def test_sides_reach_as_far_as_a_crossing_may_move():
     # the first one was 0.009 from its breakpoint, the second one on it
-    near = crossed([0.309, 0.7], [0.3, 0.7])
+    _, near = crossed([0.309, 0.7], [0.3, 0.7])
     mesh = uniform(40, 4)
-    sides = with_sides(mesh, near.crossings, 1e-8).sides
+    sides = with_sides(mesh, near, 1e-8).sides
     assert sides is not None
     assert np.flatnonzero(sides[:, 0] == 1).tolist() == [12, 13, 14, 15, 27]
     assert np.flatnonzero(sides[:, 0] == -1).tolist() == [8, 9, 10, 11, 28]
     # and no farther than half-way to the next one, of which each keeps its own
-    far = with_sides(mesh, near.crossings, 1e-8, np.ones(2)).sides
+    far = with_sides(mesh, near, 1e-8, np.ones(2)).sides
     assert far is not None
     assert far.ravel().tolist() == [-1] * 12 + [1] * 16 + [-1] * 12

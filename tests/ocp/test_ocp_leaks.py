@@ -21,7 +21,7 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.numerics.interval_maxima import Extremes
+from ocp.numerics.piecewise_polynomial import Extremes
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.planning import mean_excess

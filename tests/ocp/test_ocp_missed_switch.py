@@ -19,7 +19,7 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.estimates.missed_switches import missed_switches, shared
+from ocp.estimates.error_estimate import missed_switches, shared
 from ocp.estimates.switch_detection import control_jumps
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.refinement.policies.brackets import with_movable_switches
@@ -171,7 +171,7 @@ def test_a_switch_of_what_is_no_motion_gets_no_breakpoint(monkeypatch) -> None:
 
 def test_where_a_gain_is_promised_in_vain_switches_on_breakpoints_may_move(monkeypatch):
     # not because the Hamiltonian differs there
-    monkeypatch.setattr("ocp.estimates.missed_switches._BALANCED", np.inf)
+    monkeypatch.setattr("ocp.estimates.error_estimate._BALANCED", np.inf)
     # three axes turn from rest to rest in the same time: their switches lie at the middle and at
     # quarters, on breakpoints of a uniform mesh, where multipliers are not unique
     found = solve(arm())

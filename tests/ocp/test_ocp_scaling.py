@@ -25,7 +25,7 @@ from ocp.mesh.initial_guess import initial_guess
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.sizes_after import resized
 from ocp.scaling.automatic import scales_of
-from ocp.scaling.variations import Variation
+from ocp.scaling.symbol_sizes import Variation
 
 
 def scales_around_the_guess(problem):

@@ -2,10 +2,10 @@
 
 Pontryagin's minimum principle asks for the least value of the Hamiltonian among all controls that
 are allowed, not only among those nearby. A nonlinear program compares neighbours. Where the
-Hamiltonian has several *valleys*, local minima by the controls, its answer stays in the one where
-it began. A control that changes to a better valley for a short time changes the objective by the
-difference of the Hamiltonian times that time, to first order (Bryson and Ho, "Applied Optimal
-Control", ch. 2 and 3).
+Hamiltonian has several local minima by the controls, its answer stays in the one where it began. A
+control that changes to a better minimum for a short time changes the objective by the difference of
+the Hamiltonian times that time, to first order (Bryson and Ho, "Applied Optimal Control", ch. 2 and
+3).
 
 Which controls are tried is in `trials`.
 """
@@ -44,7 +44,7 @@ _DENSELY = 1000
 # Part of the largest curvature, and of a control, that is rounding
 _ROUNDING = 1e-9
 
-# Part of the Hamiltonian's terms that a difference has to exceed: valleys that are as deep as each
+# Part of the Hamiltonian's terms that a difference has to exceed: minima that are as deep as each
 # other, as those of an angle, differ by the errors of the costates
 _LEAST = 1e-6
 
@@ -53,7 +53,7 @@ _LEAST = 1e-6
 # mesh, as those of Lobatto's scheme do, costates are of a lower order between the points.
 _MUCH = 1e-2
 
-# and where it does and there is one valley only: what the costates' errors leave is all that could
+# and where it does and there is one minimum only: what the costates' errors leave is all that could
 # seem better at an optimum. On three such optima, from three meshes each, that was up to 1.5e-2; on
 # nine of other problems nothing. A push at rest that was missed made it more than half.
 _VERY_MUCH = 0.1
@@ -83,9 +83,9 @@ class OtherControls:
     vanished : bool
         Whether the phase takes no time. It counts as if it lasted the typical duration with the
         best controls, and `less` is what each second of that gains.
-    one_valley : bool
+    one_minimum : bool
         Whether the Hamiltonian and all limits are convex in the controls. Then the best ones are in
-        the motion's own valley, and a mesh with points there leads to them.
+        the motion's own minimum, and a mesh with points there leads to them.
     """
 
     phase: str
@@ -98,7 +98,7 @@ class OtherControls:
     less: Array
     weights: Array
     vanished: bool
-    one_valley: bool
+    one_minimum: bool
 
     @property
     def gain(self) -> float:
@@ -174,7 +174,7 @@ def others_of_phase(
     where: Flags,
     acting: Flags | None = None,
     *,
-    valleys_only: bool = False,
+    minima_only: bool = False,
 ) -> OtherControls | None:
     """The best of what is tried in some intervals of a phase; None if there is no need.
 
@@ -184,8 +184,8 @@ def others_of_phase(
         In which intervals.
     acting : (N,), optional
         In which of them a limit acts, so that only what is much better counts.
-    valleys_only : bool
-        Whether there is no need where the Hamiltonian has one valley only.
+    minima_only : bool
+        Whether there is no need where the Hamiltonian has one minimum only.
     """
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
@@ -195,7 +195,7 @@ def others_of_phase(
         return None
     # a straight Hamiltonian has its least at an end of what straight limits leave, and neighbours
     # tell of it, unless limits leave a control no room alone
-    tied = not valleys_only and are_tied(iterate, evaluator, index)
+    tied = not minima_only and are_tied(iterate, evaluator, index)
     if dependence.is_straight and not (vanished or tied):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(tried))
@@ -210,11 +210,11 @@ def others_of_phase(
     # the best ones are neighbours then, which the program has compared
     square = dependence.is_square and tried == hamiltonian.controls and not vanished
     convex = square and _is_convex(own.curvature)
-    one_valley = convex and _limits_are_convex(iterate, evaluator, index, points)
-    if one_valley and not tied:
+    one_minimum = convex and _limits_are_convex(iterate, evaluator, index, points)
+    if one_minimum and not tied:
         return None
 
-    trials = ControlTrials.of(iterate, evaluator, index, points, costates, one_valley=one_valley)
+    trials = ControlTrials.of(iterate, evaluator, index, points, costates, one_minimum=one_minimum)
     best, least = trials.best(own.value)
     less = own.value - least
     widths = np.diff(phase.breakpoints)
@@ -226,7 +226,7 @@ def others_of_phase(
         widths = np.diff(phase.fractions) * iterate.scales.time
     size = np.abs(own.terms).sum(axis=1)
     loose = np.zeros(intervals.size, dtype=bool) if acting is None else acting[intervals]
-    needed = np.where(loose, _VERY_MUCH if one_valley else _MUCH, _LEAST)
+    needed = np.where(loose, _VERY_MUCH if one_minimum else _MUCH, _LEAST)
     less = np.where(less > needed * size, less, 0.0)
     times = trials.times[:, 0]
     return OtherControls(
@@ -240,7 +240,7 @@ def others_of_phase(
         less=less,
         weights=weights * widths[intervals],
         vanished=vanished,
-        one_valley=one_valley,
+        one_minimum=one_minimum,
     )
 
 

@@ -24,7 +24,7 @@ from ocp.optimality.unwrapping import possible_periods
 _ALONE = 33
 _TOGETHER = 64
 
-# and of each control where there is no other valley to be found
+# and of each control where there is no other minimum to be found
 _ONE_VALLEY = 9
 
 # Part of the motion's own values that a step between those of a range may be. Where it is more,
@@ -36,7 +36,7 @@ _AROUND = 2.0
 _MOST_RANGES = 8
 _OF_ZERO = 1e-3
 
-# Times that the bracket of a valley is narrowed, by the golden section: to a hundredth of a step
+# Times that the bracket of a minimum is narrowed, by the golden section: to a hundredth of a step
 _SECTIONS = 10
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
@@ -71,7 +71,7 @@ class ControlTrials:
         For each control, further ranges around the motion's own values.
     turns : sequence of sequence of float
         For each control, possible periods of the rates, such as a whole turn of an angle.
-    one_valley : bool
+    one_minimum : bool
         Whether the Hamiltonian and all limits are convex in the controls.
     """
 
@@ -86,7 +86,7 @@ class ControlTrials:
     ranges: Array
     closer: Sequence[Sequence[tuple[float, float]]]
     turns: Sequence[Sequence[float]]
-    one_valley: bool
+    one_minimum: bool
 
     @classmethod
     def of(
@@ -97,7 +97,7 @@ class ControlTrials:
         points: tuple[Integers, Array],
         costates: Array,
         *,
-        one_valley: bool,
+        one_minimum: bool,
     ) -> ControlTrials:
         """Those at points of phase number `index`.
 
@@ -129,7 +129,7 @@ class ControlTrials:
                 list(_closer_ranges(*of_one)) for of_one in zip(limits, ranges, own.T, strict=True)
             ],
             turns=[list(possible_periods(rates, signal)) for signal in tried],
-            one_valley=one_valley,
+            one_minimum=one_minimum,
         )
 
     @property
@@ -157,7 +157,7 @@ class ControlTrials:
         for along in (False, True) if several else (False,):
             for j in range(count):
                 yield from self._alone(j, along=along)
-            if count > 1 and not self.one_valley:
+            if count > 1 and not self.one_minimum:
                 for point in np.random.default_rng(0).random((_TOGETHER, count)):
                     controls = np.tile(first + point * (last - first), (len(own), 1))
                     yield self._tried(controls, None, along=along)
@@ -167,7 +167,7 @@ class ControlTrials:
         for turn in (sign * period for period in self.turns[j] for sign in (1.0, -1.0)):
             yield self._with_one(j, self.own[:, j] + turn, along=along)
         whole = self.ranges[j]
-        if self.one_valley:
+        if self.one_minimum:
             for value in np.linspace(whole[0], whole[1], _ONE_VALLEY):
                 yield self._with_one(j, value, along=along)
             return
@@ -182,9 +182,9 @@ class ControlTrials:
     def _to_the_bottom(
         self, j: int, values: Array, found: Array, *, along: bool
     ) -> Iterator[_Tried]:
-        """Values of control `j` between those that were tried, towards the least of another valley.
+        """Values of control `j` between those that were tried, towards another minimum.
 
-        A valley may be narrower than the steps between the values, and all of them on its slopes.
+        A minimum may be narrower than the steps between the values, and all of them on its slopes.
 
         Parameters
         ----------
@@ -198,7 +198,7 @@ class ControlTrials:
         elsewhere = np.where(np.abs(values[:, None] - mine) > step, found, np.inf)
         lowest = values[elsewhere.argmin(axis=0)]
 
-        # within a step of the motion's own control it would be that one's valley
+        # within a step of the motion's own control it would be that one's minimum
         above = lowest > mine
         low = np.maximum(lowest - step, values[0])
         low = np.maximum(low, np.where(above, mine + step, -np.inf))
@@ -261,7 +261,7 @@ def _closer_ranges(limits: Array, whole: Array, own: Array) -> Iterator[tuple[fl
     """Further ranges of one control, where those between its limits tell little.
 
     Without a limit the other sign of the motion's values may lie beyond the range. And wide limits,
-    such as a million for a control of one, leave steps between the values that hide all valleys.
+    such as a million for a control of one, leave steps between the values that hide all minima.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from ocp.mesh.mesh import Mesh, PhaseMesh, bisected, same_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.policies.back_off import chosen_back_offs
 from ocp.refinement.policies.brackets import hindered, with_movable_switches
-from ocp.refinement.policies.kink_breakpoints import crossed_meshes
+from ocp.refinement.policies.kink_breakpoints import crossings_to_meet
 from ocp.refinement.policies.next_phase import (
     MeshDemands,
     NextPhase,
@@ -178,7 +178,7 @@ class AdaptiveMesh:
             resolves_jumps=_resolves_jumps(last, accuracy),
         )
         back_offs = chosen_back_offs(last, accuracy, demands.closed if backs_off else np.inf)
-        crossed = crossed_meshes(solved, is_motion=demands.is_motion)
+        crossed = crossings_to_meet(solved, is_motion=demands.is_motion)
 
         def phases_for(demands: MeshDemands) -> list[NextPhase]:
             return [

@@ -19,7 +19,7 @@ import numpy as np
 
 from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags
-from ocp.estimates.missed_switches import held_switches
+from ocp.estimates.error_estimate import held_switches
 from ocp.estimates.switch_detection import ROUND_OFF, Jump, control_jumps, jumps_at
 from ocp.mesh.mesh import SAME_POINT, Mesh, PhaseMesh, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -39,39 +38,6 @@ _REPLACED = 0.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CrossedMesh:
-    """A solved mesh of a phase, and the crossings of its motion.
-
-    Attributes
-    ----------
-    mesh : PhaseMesh
-    fractions : (N + 1,)
-        Its breakpoints where the optimiser left them, as fractions of the phase.
-    crossings : KinkCrossings
-    stood : (m,)
-        The breakpoint at which the mesh goes over to the side behind each crossing, as a fraction
-        of the phase; nan where it has none.
-    """
-
-    mesh: PhaseMesh
-    fractions: Array
-    crossings: KinkCrossings
-
-    @cached_property
-    def stood(self) -> Array:
-        """See the attributes."""
-        places = np.full(self.crossings.count, np.nan)
-        if self.mesh.sides is None:
-            return places
-        for i, (place, surface, behind) in enumerate(self.crossings.each()):
-            side = self.mesh.sides[:, surface]
-            over = self.fractions[1:-1][(side[:-1] == -behind) & (side[1:] == behind)]
-            if over.size:
-                places[i] = over[np.abs(over - place).argmin()]
-        return places
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class KinkBreakpoints:
     """A mesh with breakpoints at crossings of kinks.
 
@@ -90,22 +56,7 @@ class KinkBreakpoints:
     moved: Flags
 
 
-def _histories(solved: Sequence[SolvedMesh]) -> list[list[CrossedMesh]]:
-    """The solved meshes of each phase, with the crossings of their motions."""
-    return [
-        [
-            CrossedMesh(
-                each.iterate.mesh.phases[index],
-                each.iterate.trajectory.phases[index].fractions,
-                each.errors.phases[index].crossings,
-            )
-            for each in solved
-        ]
-        for index in range(len(solved[-1].iterate.mesh.phases))
-    ]
-
-
-def crossed_meshes(solved: Sequence[SolvedMesh], *, is_motion: bool) -> list[CrossedMesh]:
+def crossings_to_meet(solved: Sequence[SolvedMesh], *, is_motion: bool) -> list[KinkCrossings]:
     """The crossings of each phase of the last mesh, those left out that cannot be met.
 
     Parameters
@@ -114,29 +65,35 @@ def crossed_meshes(solved: Sequence[SolvedMesh], *, is_motion: bool) -> list[Cro
         Whether the last mesh holds the dynamics well enough to say where kinks are crossed.
     """
     found = []
-    for history in _histories(solved):
-        last = history[-1]
-        met = is_motion and are_met(history)
-        found.append(last if met else replace(last, crossings=last.crossings.none()))
+    for index, phase in enumerate(solved[-1].iterate.mesh.phases):
+        history = [each.errors.phases[index].crossings for each in solved]
+        met = is_motion and are_met(history, phase.intervals)
+        found.append(history[-1] if met else history[-1].none())
     return found
 
 
-def are_met(solved: Sequence[CrossedMesh]) -> bool:
+def are_met(history: Sequence[KinkCrossings], intervals: int) -> bool:
     """Whether breakpoints can follow the crossings of the last motion.
 
     Not where a mesh has so many that it does not resolve the motion, nor where breakpoints have
     followed them over some meshes and came no nearer.
+
+    Parameters
+    ----------
+    history : sequence of KinkCrossings
+        Of a phase, on each solved mesh.
+    intervals : int
+        Of the last one.
     """
-    last = solved[-1]
-    if last.crossings.count > max(_MANY, _TOO_MANY * last.mesh.intervals):
+    if history[-1].count > max(_MANY, _TOO_MANY * intervals):
         return False
-    off = np.array([each.crossings.farthest for each in solved])
+    off = np.array([crossings.farthest for crossings in history])
     then, now = off[: -_PATIENCE or None], off[_PATIENCE:]
     return not bool(np.any((now > NEAR_WHILE_ROUGH) & (now > _FALLING * then[: now.size])))
 
 
 def with_crossings(
-    mesh: PhaseMesh, crossed: CrossedMesh, known: Array, near: float
+    mesh: PhaseMesh, crossings: KinkCrossings, known: Array, near: float
 ) -> KinkBreakpoints:
     """A mesh with a breakpoint at each crossing of the last motion.
 
@@ -149,7 +106,7 @@ def with_crossings(
     near : float
         Of the phase, within which a breakpoint is at a crossing.
     """
-    before, crossings = mesh.breakpoints, crossed.crossings
+    before = mesh.breakpoints
     if not crossings.count:
         return KinkBreakpoints(mesh, crossings, np.empty(0, dtype=bool))
     nearest = before[np.abs(crossings.places[:, None] - before).argmin(axis=1)]
@@ -159,12 +116,11 @@ def with_crossings(
     if not moved.any():
         return KinkBreakpoints(mesh, replace(crossings, places=places), moved)
 
-    # what was the breakpoint of a crossing before goes, and what is so near that it serves for
-    # nothing else
+    # what is so near that it serves for nothing else goes
     wanted = places[moved]
     holders = np.clip(np.searchsorted(before, wanted) - 1, 0, mesh.intervals - 1)
     close = np.abs(before[:, None] - wanted) < _REPLACED * np.diff(before)[holders]
-    goes = close.any(axis=1) | np.isin(before, crossed.stood[moved])
+    goes = close.any(axis=1)
     stays = np.abs(before[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
     stays[[0, -1, *mesh.movable]] = True
     stays |= np.isin(before, nearest[~moved])

@@ -12,16 +12,15 @@ import numpy as np
 
 from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags, Integers
-from ocp.estimates.error_estimate import PhaseErrors
-from ocp.estimates.kink_crossings import NEAR, NEAR_WHILE_ROUGH
-from ocp.estimates.missed_switches import beside, held_switches
+from ocp.estimates.error_estimate import PhaseErrors, beside, held_switches
+from ocp.estimates.kink_crossings import NEAR, NEAR_WHILE_ROUGH, KinkCrossings
 from ocp.estimates.switch_detection import Jump
 from ocp.mesh.mesh import ExtraPoints, PhaseMesh, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.control_gains import PARTS
 from ocp.refinement.policies.back_off import without_closed
 from ocp.refinement.policies.brackets import freed_at, settled, with_brackets
-from ocp.refinement.policies.kink_breakpoints import CrossedMesh, with_crossings, with_sides
+from ocp.refinement.policies.kink_breakpoints import with_crossings, with_sides
 from ocp.refinement.solved_mesh import SolvedMesh
 
 # times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
@@ -236,7 +235,7 @@ def next_phase(
     index: int,
     demands: MeshDemands,
     back_off: Mapping[int, Array],
-    crossed: CrossedMesh,
+    crossed: KinkCrossings,
 ) -> NextPhase:
     """The next mesh of phase number `index`.
 
@@ -244,8 +243,8 @@ def next_phase(
     ----------
     back_off : mapping of int to (N,)
         By path constraint, on the solved mesh: what is added to the back-offs that it has.
-    crossed : CrossedMesh
-        Where the motion crosses kinks.
+    crossed : KinkCrossings
+        Where the motion crosses kinks that breakpoints are to meet.
     """
     solved, motion = last.iterate.mesh.phases[index], last.iterate.trajectory.phases[index]
     errors = without_closed(last.errors.phases[index], back_off, demands.accuracy.path)
@@ -277,7 +276,7 @@ def _refined(
     demands: MeshDemands,
     errors: PhaseErrors,
     base: PhaseMesh,
-    crossed: CrossedMesh,
+    crossed: KinkCrossings,
     *,
     blocked: bool,
 ) -> PhaseMesh:
@@ -406,7 +405,7 @@ def worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> 
 
 def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: float) -> Flags:
     """Whether a switch at a fixed inner breakpoint should be elsewhere, (N - 1,)."""
-    held = errors.valleys >= 0.5 * tolerance
+    held = errors.between_minima >= 0.5 * tolerance
     # costates of a rough solve are rough, too
     if last.tight and errors.displaced.any():
         # multipliers are not unique beside any of them: another one may be displaced next time
