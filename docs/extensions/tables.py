@@ -36,9 +36,9 @@ from studies.margin import MarginRequirements
 from studies.mission import MissionStudy
 from studies.paper import PaperStudy
 from studies.paper.cases import Cases
-from studies.paper.entries import Entry
+from studies.paper.entries import Entry, PaperVerdict
 from studies.paper.listing import HEAD as ROW_HEAD
-from studies.paper.listing import assumption_rows, cells, errata_rows
+from studies.paper.listing import assumption_rows, cells, difference_rows
 from studies.paper.study import entries_of
 from studies.pareto.config import TradeOff
 from studies.robust import Uncertainty
@@ -209,10 +209,10 @@ def _paper_entries() -> list[Entry]:
     return entries_of(Cases(PaperStudy()))
 
 
-def paper_errata() -> str:
-    """What the comparison shows to be misprints and slips of the paper."""
+def paper_differences(verdict: PaperVerdict) -> str:
+    """The rows of a verdict, with what it rests on."""
     head = ("place", "what", "printed", "ours", "why")
-    return table(head, map(_cells, errata_rows(_paper_entries())))
+    return table(head, map(_cells, difference_rows(_paper_entries(), verdict)))
 
 
 def paper_assumptions() -> str:
@@ -262,7 +262,8 @@ GENERATED = {
     "sweep_keys": lambda: key_table(SweepStudy),
     "law_words": law_words,
     "paper_keys": lambda: key_table(PaperStudy),
-    "paper_errata": paper_errata,
+    "paper_errata": lambda: paper_differences(PaperVerdict.MISPRINT),
+    "paper_not_shared": lambda: paper_differences(PaperVerdict.NOT_SHARED),
     "paper_assumptions": paper_assumptions,
     "paper_rows": paper_rows,
     "truss_limits": truss_limits,

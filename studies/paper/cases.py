@@ -33,15 +33,18 @@ FRICTIONS = (0.0, 0.0025, 0.005, 0.01)  # of Fig. 19; the paper's own cannot be 
 
 PENDULUM_TIMES = {"single": 1.3, "double": 5.0}  # [s], Table 1
 PENDULUM_SAMPLES = 501
-PENDULUM_ELEMENTS = 8  # of a link: the tip is then right to 2e-4 m
-ARM_STEPS_PER_SECOND = 20.0  # at the paper's pace: 5 steps a wave of the fastest mode that counts
+PENDULUM_ELEMENTS = (8, 4)  # of a link: with the first the tip is right to 2e-4 m
+# steps per second: enough for the arm's first mode with the elbow held, 2.2 Hz, and with the elbow
+# free, up to 6.7 Hz; modes above a fifth of these rates are damped
+ARM_STEPS = {"big": 20.0, "small": 100.0}
+FASTER_STEPS = 20.0
 ARM_AFTER = 10.0  # [s] of motion after the lock
 ARM_SAMPLES = 2001
 
 
-def fixed_steps(stage: Stage) -> StepControl:
+def fixed_steps(stage: Stage, rate: float) -> StepControl:
     """Steps of an arm's replay: the torque jumps, so modes too fast for the step are damped."""
-    return StepControl(1e-7, fixed_step=min(1 / ARM_STEPS_PER_SECOND, stage.duration / 400))
+    return StepControl(1e-7, fixed_step=min(1 / rate, stage.duration / 400))
 
 
 def linear_torque(stage: Stage) -> float:
@@ -50,8 +53,8 @@ def linear_torque(stage: Stage) -> float:
     return float(6.0 * stage.inertias[joint] * stage.turn[joint] / stage.duration**2)
 
 
-def linear_run(stage: Stage, elements: int) -> LockedRun:
-    """A stage under the linear torque on the full model, locked at its end."""
+def linear_run(stage: Stage, elements: int, rate: float) -> LockedRun:
+    """A stage under the linear torque on the full model, locked at its end; steps per second."""
     (joint,), T, tau0 = stage.moving, stage.duration, linear_torque(stage)
 
     def torque(t: np.ndarray) -> np.ndarray:
@@ -65,7 +68,7 @@ def linear_run(stage: Stage, elements: int) -> LockedRun:
         [joint],
         targets={joint: stage.end[joint]},
         after=np.linspace(T, T + ARM_AFTER, ARM_SAMPLES),
-        settings=fixed_steps(stage),
+        settings=fixed_steps(stage, rate),
     )
 
 
@@ -110,15 +113,18 @@ class Cases:
         return Bezier(self.study.duration)
 
     @cached_property
-    def pendulums(self) -> dict[str, Simulation]:
-        """Single and double pendulum of Table 1, released from the horizontal."""
+    def pendulums(self) -> dict[str, tuple[Simulation, Simulation]]:
+        """Single and double pendulum of Table 1, released from the horizontal, on two meshes."""
         runs = {}
-        chains = {"single": single_pendulum, "double": double_pendulum}
-        for name, make in chains.items():
+        for name, make in (("single", single_pendulum), ("double", double_pendulum)):
             self.console.progress(f"{name} pendulum")
-            chain = make(PENDULUM_ELEMENTS)
             times = np.linspace(0.0, PENDULUM_TIMES[name], PENDULUM_SAMPLES)
-            runs[name] = simulate(chain, [Free()] * len(chain.links), posed(chain), times)
+            chains = [make(elements) for elements in PENDULUM_ELEMENTS]
+            fine, coarse = (
+                simulate(chain, [Free()] * len(chain.links), posed(chain), times)
+                for chain in chains
+            )
+            runs[name] = fine, coarse
         return runs
 
     @cached_property
@@ -129,7 +135,7 @@ class Cases:
         for name, make in stages.items():
             self.console.progress(f"{name} arm")
             stage = make()
-            runs[name] = stage, linear_run(stage, self.study.elements)
+            runs[name] = stage, linear_run(stage, self.study.elements, ARM_STEPS[name])
         return runs
 
     def faster(self, name: str, duration: float, modulus: float = 1.0) -> tuple[Stage, LockedRun]:
@@ -137,7 +143,7 @@ class Cases:
         self.console.progress(f"{name} arm in {duration:g} s, modulus times {modulus:g}")
         arm = stiffened(ArmParameters(), modulus)
         stage = {"big": big_arm, "small": small_arm}[name](duration, arm)
-        return stage, linear_run(stage, self.study.elements)
+        return stage, linear_run(stage, self.study.elements, FASTER_STEPS)
 
 
 def stiffened(arm: ArmParameters, factor: float) -> ArmParameters:

@@ -28,7 +28,7 @@ class PaperStudy:
         "of the deployment of the truss, which is not printed",
         default=PAPER_DURATION,
     )
-    elements: int = key(whole(2, 32), "", "of each link of pendulums and arm", default=4)
+    elements: int = key(whole(2, 32), "", "of each link of the arm", default=4)
 
     def __post_init__(self) -> None:
         check(self)

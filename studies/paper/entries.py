@@ -6,12 +6,17 @@ whether it was found. A row whose verdict does not hold fails the study.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from enum import StrEnum
+
+import numpy as np
+
+from ocp.arrays import Array
 
 FORMULA = 1e-9  # relative; a formula of the paper and its twin in the models differ by rounding
 ROUNDED = 0.5 + 1e-9  # of the last printed digit
@@ -24,10 +29,12 @@ class PaperVerdict(StrEnum):
     """What a row of the comparison says of the paper."""
 
     EQUAL = "equal to the printed digits"
+    TAKEN = "taken from the paper"
     SHAPE = "shape holds"
     MISPRINT = "misprint shown"
+    NOT_SHARED = "not shared"
     ASSUMPTION = "assumption of ours"
-    NOT_READABLE = "not readable (curves only)"
+    NOT_READABLE = "not readable"
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,11 @@ class Entry:
         return words.strip("-")
 
 
+def apart(ours: Array, written: Array) -> float:
+    """Largest difference of two arrays of one shape, relative to the largest written value."""
+    return float(np.abs(ours - written).max() / np.abs(written).max())
+
+
 def agrees(printed: str, ours: float) -> bool:
     """Whether a number rounds to the printed digits."""
     number = Decimal(printed)
@@ -100,12 +112,20 @@ def equal(
     return Entry(place, quantity, unit, printed, ours, PaperVerdict.EQUAL, reason, holds)
 
 
-def given(
+def exact(
     place: str, quantity: str, unit: str, printed: str, ours: float, reason: str = ""
 ) -> Entry:
-    """A parameter or a count: ours has to be the printed number itself, not only round to it."""
+    """A count or a coefficient: ours has to be the printed number itself, not only round to it."""
     holds = math.isclose(ours, float(printed), rel_tol=EXACT)
     return Entry(place, quantity, unit, printed, ours, PaperVerdict.EQUAL, reason, holds)
+
+
+def taken(
+    place: str, quantity: str, unit: str, printed: str, ours: float, reason: str = ""
+) -> Entry:
+    """A parameter that our models have from the paper: it agrees, and proves nothing."""
+    entry = exact(place, quantity, unit, printed, ours, reason)
+    return dataclasses.replace(entry, verdict=PaperVerdict.TAKEN)
 
 
 def formula(place: str, quantity: str, difference: float, reason: str = "") -> Entry:
@@ -139,13 +159,27 @@ def misprint(
     reason: str,
     shown: bool = True,
 ) -> Entry:
-    """A slip of the paper: ours has to differ from the print, and `shown` says what else."""
+    """A slip of the paper: what it prints elsewhere gives `ours`, and `shown` says what else."""
     differs = True
     if printed:
         off = abs(ours - float(printed))
         differs = off > DIFFERENT * max(abs(ours), abs(float(printed)))
     holds = differs and shown
     return Entry(place, quantity, unit, printed, ours, PaperVerdict.MISPRINT, reason, holds)
+
+
+def not_shared(
+    place: str,
+    quantity: str,
+    unit: str,
+    printed: str,
+    ours: float,
+    reason: str,
+    shown: bool = True,
+) -> Entry:
+    """A number or a statement that our models do not give, without proof that it is a slip."""
+    entry = misprint(place, quantity, unit, printed, ours, reason, shown)
+    return dataclasses.replace(entry, verdict=PaperVerdict.NOT_SHARED)
 
 
 def assumption(
@@ -157,6 +191,6 @@ def assumption(
 
 
 def not_readable(place: str, quantity: str, unit: str, ours: float, reason: str) -> Entry:
-    """A curve without numbers in the text, of which only ours can be given."""
+    """A curve without numbers, or a sign that the text at hand may have lost."""
     holds = math.isfinite(ours)
     return Entry(place, quantity, unit, "", ours, PaperVerdict.NOT_READABLE, reason, holds)

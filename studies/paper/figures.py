@@ -17,7 +17,7 @@ from models.truss import DYNAMIC_SET, TrussParameters
 from ocp.arrays import Array
 from studies.common.drawing import COLOURS, SHADES, label_axes
 from studies.common.result import Result
-from studies.paper.cases import FRICTIONS, Cases
+from studies.paper.cases import FRICTIONS, PENDULUM_ELEMENTS, Cases
 from studies.paper.config import study_from
 from studies.truss import figures as truss_figures
 from studies.truss.motions.deployment import Deployment
@@ -71,10 +71,15 @@ def _series(result: Result, name: str) -> tuple[Array, Array]:
 
 
 def pendulum_figure(result: Result) -> Figure:
-    """Fig. 6: height of the tips of both pendulums."""
+    """Fig. 6: height of the tips of both pendulums, on two meshes; the paper has Abaqus, too."""
     figure, panels = _panels(2, "Height of the tip, released from the horizontal (Table 1)")
     for panel, name in zip(panels, ("single", "double"), strict=True):
-        panel.plot(*_series(result, f"{name}_y"), color=COLOURS[0])
+        for elements, colour, style in zip(PENDULUM_ELEMENTS, COLOURS, ("-", "--"), strict=False):
+            label = f"{elements} ANCF elements a link"
+            panel.plot(
+                *_series(result, f"{name}_y_{elements}"), color=colour, ls=style, label=label
+            )
+        panel.legend(frameon=False, fontsize=8)
         panel.set_title(f"{name} pendulum", fontsize=10)
         label_axes(panel, "time [s]", "y [m]")
     return figure

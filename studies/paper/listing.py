@@ -43,7 +43,7 @@ def _what(entry: Entry) -> tuple[str, str, str]:
 
 
 def outcome_text(result: Result) -> str:
-    """What the command prints: every row, then how many have which verdict, then the slips."""
+    """What the command prints: every row, what differs and why, and how many have which verdict."""
     entries = entries_from(result)
     notes = (
         "printed: as in the paper, or what follows from it; '-' where the paper prints no number.",
@@ -57,9 +57,14 @@ def outcome_text(result: Result) -> str:
     lines += [f"  {counts[verdict.value]:>3}  {verdict.value}" for verdict in PaperVerdict]
     failed = [entry for entry in entries if not entry.holds]
     lines += [f"NOT FOUND: {entry.place} {entry.quantity}: {entry.reason}" for entry in failed]
-    slips = ["misprints and slips:"]
-    slips += [f"  {e.place} {e.quantity}: {e.reason}" for e in of(entries, PaperVerdict.MISPRINT)]
-    return "\n\n".join([str(table), "\n".join(slips), "\n".join(lines)])
+    reasons = [
+        "\n".join([title, *(f"  {e.place} {e.quantity}: {e.reason}" for e in of(entries, verdict))])
+        for title, verdict in (
+            ("misprints and slips:", PaperVerdict.MISPRINT),
+            ("not shared by our models:", PaperVerdict.NOT_SHARED),
+        )
+    ]
+    return "\n\n".join([str(table), *reasons, "\n".join(lines)])
 
 
 def of(entries: Iterable[Entry], verdict: PaperVerdict) -> list[Entry]:
@@ -79,8 +84,8 @@ def rows_csv(result: Result) -> str:
     return text.getvalue()
 
 
-def errata_rows(entries: Sequence[Entry]) -> list[tuple[str, ...]]:
-    """Place, what, printed, ours and why of each misprint or slip."""
+def difference_rows(entries: Sequence[Entry], verdict: PaperVerdict) -> list[tuple[str, ...]]:
+    """Place, what, printed, ours and why of each row with a verdict."""
     return [
         (
             entry.place,
@@ -89,7 +94,7 @@ def errata_rows(entries: Sequence[Entry]) -> list[tuple[str, ...]]:
             number(entry.ours, 4),
             entry.reason,
         )
-        for entry in of(entries, PaperVerdict.MISPRINT)
+        for entry in of(entries, verdict)
     ]
 
 

@@ -148,11 +148,14 @@ def _deployment_series(cases: Cases) -> dict[str, Series]:
 def _flexible_series(cases: Cases) -> dict[str, Series]:
     """Curves of Figs 6, 10, 15 and 16, each along its own time."""
     series: dict[str, Series] = {}
-    for name, pendulum in cases.pendulums.items():
+    for name, pendulums in cases.pendulums.items():
         axis = f"{name}_time"
-        series[axis] = Series("s", axis, pendulum.times, f"{name} pendulum")
-        height = pendulum.position(len(pendulum.chain.links) - 1)[1]
-        series[f"{name}_y"] = Series("m", axis, height, "height of its tip")
+        series[axis] = Series("s", axis, pendulums[0].times, f"{name} pendulum")
+        for pendulum in pendulums:
+            elements = pendulum.chain.elements
+            height = pendulum.position(len(pendulum.chain.links) - 1)[1]
+            meaning = f"height of its tip, {elements} elements a link"
+            series[f"{name}_y_{elements}"] = Series("m", axis, height, meaning)
 
     for name, (stage, locked) in cases.arms.items():
         assert locked.after is not None  # asked for

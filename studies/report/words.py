@@ -375,8 +375,8 @@ _LIMITS: dict[str, Sequence[str]] = {
 }
 MODELS: dict[str, Sequence[str]] = {
     "flex": (
-        "A chain of slender links of ANCF beam elements, section II of the paper, with joints that "
-        "are free, locked or driven.",
+        "A chain of slender links of ANCF beam elements, section III of the paper, with joints "
+        "that are free, locked or driven.",
     ),
     "paper": ("All models of the project, each where the paper prints a number of it.",),
     "truss": (
@@ -391,6 +391,6 @@ MODELS: dict[str, Sequence[str]] = {
     "arm": (
         "Two slender links with a joint at the root and one between them; the antenna is a "
         "particle at the tip. Motions are found on a reduced model with a few elastic coordinates "
-        "and replayed on the full one of ANCF beam elements, section II of the paper.",
+        "and replayed on the full one of ANCF beam elements, section III of the paper.",
     ),
 }

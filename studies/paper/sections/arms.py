@@ -9,21 +9,27 @@ Symbols: T [s], tip and elbow [m], f frequency [Hz].
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 
 import numpy as np
 
 from models.ancf.analysis import LockedRun, natural_modes
 from models.ancf.chain import Link
 from models.ancf.integrate import Simulation
-from models.ancf.joints import Locked, joint_rates
+from models.ancf.joints import Free, Locked
 from models.ancf.state import posed
-from models.arm.parameters import ArmParameters
+from models.arm.parameters import ASSUMED_DENSITY, ASSUMED_MODULUS, ArmParameters
 from ocp.arrays import Array
-from studies.arm.stage import ELBOW, ROOT, Stage
+from studies.arm.stage import ELBOW, ROOT, Stage, big_arm
 from studies.flex.measures import bending, fitted_frequency, vibration
-from studies.paper.cases import Cases
-from studies.paper.entries import Entry, assumption, equal, given, misprint, not_readable, shape
+from studies.paper.cases import ARM_STEPS, Cases
+from studies.paper.entries import (
+    Entry,
+    assumption,
+    not_readable,
+    not_shared,
+    shape,
+    taken,
+)
 
 FOLDED = 2.178  # [Hz], of the arm with the small one folded and the root free
 FIRST = 0.445  # [Hz], of the straight arm with both joints locked: where a fit begins
@@ -49,7 +55,10 @@ def arm_entries(cases: Cases) -> list[Entry]:
 def _lengths() -> list[Entry]:
     arm = ArmParameters()
     big, small = arm.big, arm.small
-    unknown = "no section and no material are given; ours is a CFRP tube of"
+    unknown = (
+        f"no section and no material are given; ours, of {ASSUMED_MODULUS / 1e9:g} GPa and "
+        f"{ASSUMED_DENSITY:g} kg/m^3, is a tube of"
+    )
 
     return [
         not_readable(
@@ -60,9 +69,9 @@ def _lengths() -> list[Entry]:
             "a picture without numbers; of its parts the two arms and the truss with its ropes and "
             "net are modelled, the satellite holds the root",
         ),
-        given("V-B", "length of both arms", "m", "5", big.length + small.length),
-        given("V-B", "length of the big arm", "m", "3", big.length),
-        given("V-B", "length of the small arm", "m", "2", small.length),
+        taken("V-B", "length of both arms", "m", "5", big.length + small.length),
+        taken("V-B", "length of the big arm", "m", "3", big.length),
+        taken("V-B", "length of the small arm", "m", "2", small.length),
         *(
             assumption(
                 "V-B",
@@ -80,6 +89,20 @@ def _lengths() -> list[Entry]:
             arm.tip_mass,
             "the paper has a particle, too, but does not print its mass",
         ),
+        assumption(
+            "V-B",
+            "internal damping of the arm, over critical",
+            "1",
+            arm.damping_ratio,
+            "the paper names none",
+        ),
+        assumption(
+            "V-B",
+            "angle between the arms while the small one is folded",
+            "deg",
+            float(np.degrees(big_arm().start[ELBOW])),
+            "Fig. 2 is a drawing without numbers; ours is folded back onto the big arm",
+        ),
     ]
 
 
@@ -88,30 +111,25 @@ def bent(run: Simulation, link: int) -> Array:
     return bending(run.chain, run.q, link)
 
 
-def _arrival(run: Simulation, joint: int) -> float:
-    """When a joint has turned to its end and stands still for the first time [s]."""
-    rate = joint_rates(run.chain, run.q, run.v)[joint]
-    half = len(run.times) // 2
-    forward = rate * np.sign(rate[half])
-    still = np.flatnonzero(forward[half:] <= 1e-6 * forward.max())
-    return float(run.times[half + still[0]]) if still.size else float(run.times[-1])
-
-
 def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
     run = locked.before
     end, speed = run.position(0), _speed_along_x(run, 0)
-    swing = vibration(run.times, bent(run, 1))
+    swing = shaken(run, 1)
+    halves = [
+        vibration(run.times[half], bent(run, 1)[half])
+        for half in np.array_split(np.arange(len(run.times)), 2)
+    ]
     span = float(np.ptp(run.position(0)[1]))
     miss = abs(locked.engagement.miss[ROOT])
 
     return [
-        equal(
+        taken(
             "Fig. 15(a)",
             "time at which the big arm stands at its end",
             "s",
             "86",
-            _arrival(run, ROOT),
-            f"the torque is made for it; the flexible arm is then {miss:.1e} rad off",
+            stage.duration,
+            "our torque is made for it",
         ),
         shape(
             "Fig. 15(a)",
@@ -119,13 +137,20 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
             "m",
             float(end[1, -1]),
             {
-                "starts at 0": abs(end[1, 0]) < 1e-9,
-                "rises monotonically": bool((np.diff(end[1]) > -1e-6).all()),
-                "ends in its ideal position, at 3 m": abs(end[1, -1] - 3.0) < 1e-3,
-                "arrives without a miss": miss < ARRIVED,
+                "in its ideal position, 3 m with the turn that we assume": abs(end[1, -1] - 3.0)
+                < 1e-3,
+                f"which it misses by {miss:.1e} rad": miss < ARRIVED,
             },
         ),
-        _greatest_speed("Fig. 15(b)", "big", speed, {"one hump of one sign": _one_hump(speed)}),
+        shape(
+            "Fig. 15(b)",
+            "greatest speed of the big arm's end along x",
+            "m/s",
+            float(np.abs(speed).max()),
+            {
+                "close to zero at the lock (V-A)": abs(speed[-1]) < 0.02 * np.abs(speed).max(),
+            },
+        ),
         shape(
             "V-B",
             "amplitude of the antenna's vibration during the big arm's motion",
@@ -136,13 +161,14 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
                 "it is minimal beside the motion": swing < QUIET * span,
             },
         ),
+        shape(
+            "V-B",
+            "the big arm's motion: vibration in its second half over that in its first",
+            "1",
+            halves[1] / halves[0],
+            {"does not diminish; our arm has no damping": halves[1] > 0.95 * halves[0]},
+        ),
     ]
-
-
-def _one_hump(history: Array) -> bool:
-    """Whether a history keeps its sign, but for its vibration."""
-    peak = history[np.abs(history).argmax()]
-    return bool((history * np.sign(peak) > -0.02 * abs(peak)).all())
 
 
 def _speed_along_x(run: Simulation, link: int) -> Array:
@@ -150,47 +176,40 @@ def _speed_along_x(run: Simulation, link: int) -> Array:
     return run.v[run.chain.slots(link, -1)[0]]
 
 
-def _greatest_speed(place: str, name: str, speed: Array, between: Mapping[str, bool]) -> Entry:
-    """The speed of an arm's end, with what it does between rest and rest."""
-    greatest = float(np.abs(speed).max())
-    return shape(
-        place,
-        f"greatest speed of the {name} arm's end along x",
-        "m/s",
-        greatest,
-        {
-            "starts at rest": abs(speed[0]) < 1e-9,
-            **between,
-            "ends close to rest": abs(speed[-1]) < 0.02 * greatest,
-        },
-    )
+def shaken(run: Simulation, link: int) -> float:
+    """Amplitude [m] of the vibration of a link's end, the greatest over tenths of the motion.
+
+    Over a longer time the motion itself is no polynomial of the degree that is taken off.
+    """
+    pieces = np.array_split(np.arange(len(run.times)), 10)
+    place = run.position(link)
+    return max(vibration(run.times[i], along[i]) for i in pieces for along in place)
 
 
 def _small(stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
-    locked, big = stages["small"][1], stages["big"][1]
-    elbow = locked.before.position(0)
-    shaking = vibration(locked.before.times, elbow[0])
+    (stage, locked), (_, big) = stages["small"], stages["big"]
     return [
-        *_small_arm_end(locked),
-        _reaction(elbow, shaking),
-        *_after_its_lock(locked, big, shaking),
+        *_small_arm_end(stage, locked),
+        *_while_turning(locked, big),
+        *_after_its_lock(locked, big),
     ]
 
 
-def _small_arm_end(locked: LockedRun) -> list[Entry]:
+def _small_arm_end(stage: Stage, locked: LockedRun) -> list[Entry]:
     """Where and how fast the small arm's end moves until the lock."""
     run = locked.before
     tip, speed = run.position(1), _speed_along_x(run, 1)
     miss = abs(locked.engagement.miss[ELBOW])
 
     return [
-        equal(
+        assumption(
             "Fig. 16(a)",
-            "time at which the small arm stands at its end",
+            "duration of the small arm's motion",
             "s",
-            "112",
-            _arrival(run, ELBOW),
-            f"printed as approximate; the flexible arm is then {miss:.1e} rad off",
+            stage.duration,
+            "printed as an approximate time, which we take from the release of the small arm; if "
+            f"the clock started with the big arm, {stage.duration - 86:g} s would be left",
+            printed="112",
         ),
         shape(
             "Fig. 16(a)",
@@ -198,63 +217,103 @@ def _small_arm_end(locked: LockedRun) -> list[Entry]:
             "m",
             float(tip[1, -1]),
             {
-                "starts folded, at 1 m": abs(tip[1, 0] - 1.0) < 1e-9,
-                "rises monotonically": bool((np.diff(tip[1]) > -1e-6).all()),
-                "ends straight, at 5 m": abs(tip[1, -1] - 5.0) < 1e-3,
-                "arrives without a miss": miss < ARRIVED,
+                "in its position, 5 m with the turns that we assume": abs(tip[1, -1] - 5.0) < 1e-3,
+                f"which it misses by {miss:.1e} rad": miss < ARRIVED,
             },
         ),
-        _greatest_speed(
+        not_readable(
             "Fig. 16(b)",
-            "small",
-            speed,
-            {"out and back: both signs": bool(speed.max() > 0 > speed.min())},
+            "greatest speed of the small arm's end along x",
+            "m/s",
+            float(np.abs(speed).max()),
+            "the text speaks of the vibration only",
         ),
-        shape(
+        not_readable(
             "Fig. 16(c)",
             "greatest x of the small arm's end",
             "m",
             float(np.abs(tip[0]).max()),
-            {
-                "out to the arm's length": abs(np.abs(tip[0]).max() - 2.0) < 1e-3,
-                "and back": abs(tip[0, -1]) < 1e-3,
-            },
+            "the text speaks of the vibration only",
         ),
     ]
 
 
-def _reaction(elbow: Array, shaking: float) -> Entry:
-    """What the turning small arm does to the end of the big one, which is locked."""
-    drift = float(np.abs(elbow[0]).max())
-    both_signs = bool(elbow[0].max() > 0 > elbow[0].min())
-    return shape(
-        "Fig. 16(d)",
-        "drift of the big arm's end along x while the small arm turns",
-        "m",
-        drift,
-        {
-            "there is a continuous drift, slow beside the vibration": drift > 10 * shaking,
-            "by the reaction: it changes sign with the torque": both_signs,
-        },
-    )
+def _while_turning(locked: LockedRun, big: LockedRun) -> list[Entry]:
+    """What shakes while the small arm turns, its elbow free of all but the torque."""
+    run = locked.before
+    elbow, tip = run.position(0)[0], run.position(1)[0]
+    drift, shaking = float(np.abs(elbow).max()), shaken(run, 0)
+
+    # at half time, when the frequency hardly changes
+    half = abs(run.times / run.times[-1] - 0.5) < 0.05
+    tones = [fitted_frequency(run.times[half], along[half], 1.0) for along in (elbow, tip)]
+    first = [_turning_frequency(angle) for angle in (180.0, 90.0)]
+
+    return [
+        not_shared(
+            "V-B, Fig. 16(b)",
+            "the antenna's vibration while the small arm turns over that while the big arm turns",
+            "1",
+            "",
+            (ratio := shaken(run, 1) / shaken(big.before, 1)),
+            "said to be more pronounced; ours is weaker as long as the elbow turns, and stronger "
+            f"after its lock; the time steps damp modes above {ARM_STEPS['small'] / 5:g} Hz",
+            shown=ratio < 0.5,
+        ),
+        not_shared(
+            "V-B, Fig. 16(b)",
+            "first natural frequency while the small arm turns, folded",
+            "Hz",
+            "",
+            first[0],
+            f"said to be much below the {FOLDED:g} Hz of the big arm's motion; ours is so in the "
+            f"middle of the turn only, {first[1]:.3f} Hz, and after the lock",
+            shown=first[1] < FOLDED / 2 and first[0] > FOLDED,
+        ),
+        shape(
+            "Fig. 16(d)",
+            "drift of the big arm's end along x while the small arm turns",
+            "m",
+            drift,
+            {
+                "there is a continuous drift, far above the vibration": drift > 10 * shaking,
+                "by the reaction: it changes sign with the torque": bool(
+                    elbow.max() > 0 > elbow.min()
+                ),
+            },
+        ),
+        shape(
+            "Fig. 16(d)",
+            "frequency of the big arm's end over that of the tip, at half of the turn",
+            "1",
+            tones[0] / tones[1],
+            {"the two are consistent": abs(tones[0] / tones[1] - 1) < UNCHANGED},
+        ),
+    ]
 
 
-def _after_its_lock(locked: LockedRun, big: LockedRun, shaking: float) -> list[Entry]:
+def _turning_frequency(elbow_deg: float) -> float:
+    """First natural frequency [Hz] with the big arm locked and the elbow free at an angle."""
+    chain = ArmParameters().chain(8)
+    state = posed(chain, [0.0, np.radians(elbow_deg)])
+    modes = natural_modes(chain, [Locked(0.0), Free()], state, count=1)
+    return float(modes.frequencies[0])
+
+
+def _after_its_lock(locked: LockedRun, big: LockedRun) -> list[Entry]:
     """How the whole arm swings once the small one is locked, too.
 
     Parameters
     ----------
     locked, big : the motions of the small and of the big arm.
-    shaking : amplitude of the big arm's end while the small one turns [m].
     """
     after = locked.after
     assert after is not None  # asked for
     assert big.after is not None
 
     swings = [float(np.ptp(motion.position(1)[0])) / 2 for motion in (after, big.after)]
-    fluctuation = float(np.ptp(after.position(0)[0])) / 2
     first = fitted_frequency(after.times, bent(after, 0), FIRST)
-    ratio = first / fitted_frequency(after.times, after.position(1)[0], FIRST)
+    fluctuation = float(np.ptp(after.position(0)[0])) / 2 / shaken(locked.before, 0)
 
     return [
         shape(
@@ -262,28 +321,24 @@ def _after_its_lock(locked: LockedRun, big: LockedRun, shaking: float) -> list[E
             "amplitude of the tip after the lock of the small arm over that of the big arm",
             "1",
             swings[0] / swings[1],
-            {"significantly increased": swings[0] > 2 * swings[1]},
+            {"significantly increased, if the lock is meant": swings[0] > 2 * swings[1]},
         ),
         shape(
             "V-B",
             "frequency after the lock of the small arm",
             "Hz",
             first,
-            {f"significantly reduced from the {FOLDED:g} Hz of the big arm": first < FOLDED / 2},
+            {
+                f"significantly reduced from the {FOLDED:g} Hz of the big arm, if the lock is "
+                "meant": first < FOLDED / 2
+            },
         ),
         shape(
             "V-B",
             "vibration of the big arm's end after the lock over that before it",
             "1",
-            fluctuation / shaking,
-            {"greater after the lock than during the motion": fluctuation > shaking},
-        ),
-        shape(
-            "Fig. 16(d)",
-            "frequency of the big arm's end over that of the tip, after the lock",
-            "1",
-            ratio,
-            {"the two are consistent": abs(ratio - 1) < UNCHANGED},
+            fluctuation,
+            {"greater after the lock than during the motion": fluctuation > 1},
         ),
     ]
 
@@ -330,7 +385,7 @@ def _vibration_by_pace(runs: list[Simulation]) -> list[Entry]:
             swings[-1] / swings[0],
             {"it increases with the speed of rotation": _falls(swings[::-1])},
         ),
-        misprint(
+        not_shared(
             "V-B, VI",
             f"frequency of the vibration {paces}",
             "1",

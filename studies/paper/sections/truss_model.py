@@ -19,9 +19,11 @@ from models.truss import (
     DYNAMIC_SET,
     KINEMATIC_SET,
     TrussParameters,
+    angular_acceleration,
     evaluate_motion,
     inertia,
     joint_damping,
+    kinetic_energy,
     node_motion,
     potential,
     ring_positions,
@@ -31,30 +33,26 @@ from models.truss import (
     slider_distance,
     tension_ratios,
 )
+from models.truss.inertia import RODS
 from ocp.arrays import Array
 from studies.paper.cases import AS_PRINTED, WITH_FRICTION, Cases
-from studies.paper.entries import Entry, assumption, formula, given, misprint
+from studies.paper.entries import FORMULA, Entry, apart, assumption, exact, formula, misprint
 
 ANGLES = np.radians([4.4, 20.0, 45.0, 70.0, 79.0, 83.0, 86.0, 90.0])
-RODS = ((1, 2), (4, 5), (2, 3), (3, 4), (5, 6), (6, 1), (7, 8), (9, 10), (11, 12), (13, 14))
-LOOP = ((1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (6, 1))
+BARS = RODS["bar_length"]  # the vertical ones of a module
+LOOP = (*BARS, *RODS["half_cross_bar"])  # its closed mechanism
+MODULE = (*LOOP, *RODS["link"])  # all its rods
 ROPE = ((10, 2), (2, 3), (3, 4), (4, 12))  # segments of one rope in a module
-SHARED = (4, 5)  # ends of the bar that the next module counts
 
 
 def truss_entries(cases: Cases) -> list[Entry]:
     """The rows, in the order of the paper."""
-    return [*_kinematics(), *_energies(cases), *_forces(cases)]
+    return [*_kinematics(), *_energies(), *_forces(cases)]
 
 
 def values(function: Callable[..., Any], truss: TrussParameters, angles: Array = ANGLES) -> Array:
     """A model's function of the angle, (m,)."""
     return np.array([float(function(truss, ca.DM(angle))) for angle in angles])
-
-
-def apart(ours: Array, written: Array) -> float:
-    """Largest difference, relative to the largest value."""
-    return float(np.abs(ours - written).max() / np.abs(written).max())
 
 
 def written_slider(truss: TrussParameters, alpha: Any) -> Any:
@@ -84,9 +82,10 @@ def _kinematics() -> list[Entry]:
     last = 2 * truss.modules * (e + truss.half_cross_bar)
     middle = 2 * truss.modules * (2 * e + 2 * truss.half_cross_bar)
     length = float(values(rope_length, truss)[0])
-    nodes = {node for rod in RODS for node in rod}
+    nodes = {node for rod in MODULE for node in rod}
+    segments = ca.DM(tension_ratios(truss, math.radians(45.0))).numel()
     return [
-        given("II-B, Fig. 3", "driving ropes", "1", "2", _ropes(truss)),
+        exact("II-B, Fig. 3", "driving ropes", "1", "2", _ropes(truss)),
         assumption(
             "II-B, Fig. 2",
             "stages of the deployment that are modelled",
@@ -95,13 +94,20 @@ def _kinematics() -> list[Entry]:
             "the turn about the big arm's axis is left out: our arm moves in a plane",
             printed="4",
         ),
-        given("I", "bars of a module's closed mechanism (six-bar)", "1", "6", len(LOOP)),
-        given("Fig. 7", "joint nodes of a module", "1", "14", len(nodes)),
-        given("IV-A", "full turn of the ring, n times beta", "deg", "360", _turn(places[-1])),
+        *(
+            assumption("II-B, Fig. 2", what, "deg", angle, "a drawing without numbers; our choice")
+            for what, angle in (
+                ("turn of the big arm", 90.0),
+                ("turn of the small arm", 180.0),
+            )
+        ),
+        exact("I", "bars of a module's closed mechanism (six-bar)", "1", "6", len(LOOP)),
+        exact("Fig. 7", "joint nodes of a module", "1", "14", len(nodes)),
+        exact("IV-A", "full turn of the ring, n times beta", "deg", "360", _turn(places[-1])),
         formula("(16)", "slider distance e, also as distances of nodes", sliders),
         formula("(17)-(19)", "the ring of 24 modules closes", float(gap.max() / radius.max())),
         formula("(18)-(19)", "vertical bars stand on a circle", rounded),
-        given("IV-A", "rope segments of a module", "1", "4", len(ROPE)),
+        exact("IV-A", "rope segments of a module", "1", "4", segments / truss.modules),
         formula("(20)", "length of one rope, last expression", apart(along, last)),
         misprint(
             "(20)",
@@ -129,7 +135,7 @@ def _turn(places: Array) -> float:
     return float(np.degrees(steps.sum()))
 
 
-def _energies(cases: Cases) -> list[Entry]:
+def _energies() -> list[Entry]:
     truss, n = DYNAMIC_SET, DYNAMIC_SET.modules
     e = written_slider(truss, ANGLES)
     springs = 2 * n * truss.spring_stiffness / 2 * (truss.spring_free_length - e) ** 2
@@ -142,14 +148,18 @@ def _energies(cases: Cases) -> list[Entry]:
     net = 2 * n * truss.net_stiffness * stretch**2 / 2
 
     once, printed = (float(values(inertia, kind)[0]) for kind in (truss, AS_PRINTED))
+    every = [(module, *rod) for module in range(n) for rod in MODULE]
+    distinct = distinct_rods(truss)
+    bars = sum(rod in BARS for _, *ends in distinct for rod in [tuple(ends)])
+    stiffness = truss.spring_stiffness * (truss.spring_free_length - e) ** 2 / 2
     return [
-        given("(22)-(23)", "rods of a module", "1", "10", len(RODS)),
-        given("(22)-(23)", "joints of a module", "1", "14", len({k for rod in RODS for k in rod})),
+        exact("(22)-(23)", "rods of a module", "1", "10", len(MODULE)),
+        exact("I, Fig. 13", "vertical bars of the ring, by their places", "1", "24", bars),
         formula(
             "(21)-(23)",
             "inertia, shared parts counted once",
-            apart(values(inertia, truss), _summed_inertia(truss)),
-            "the sum over the rods of all modules gives the closed form of the models",
+            apart(values(inertia, truss), _summed_inertia(truss, distinct)),
+            "the sum over the rods in different places gives the closed form of the models",
         ),
         misprint(
             "(22)-(23)",
@@ -157,33 +167,41 @@ def _energies(cases: Cases) -> list[Entry]:
             "kg m^2",
             f"{printed:.6g}",
             once,
-            "neighbours share a vertical bar and its joints, which the print counts twice; the "
-            "values rest on our tubes, their ratio does not",
+            f"the modules have {len(every)} rods, but the ring has {len(distinct)}: neighbours "
+            "share a vertical bar (I), which the printed sum counts twice; both values rest on our "
+            "tubes",
+            shown=apart(values(inertia, AS_PRINTED), _summed_inertia(truss, every)) < FORMULA,
         ),
-        given("IV-B", "compression springs, 2 n", "1", "48", 2 * n),
+        exact("IV-B", "compression springs, 2 n", "1", "48", float(energy[0] / stiffness[0])),
         formula("(24)", "energy of the springs", apart(energy[below], springs[below])),
         formula("(25), Fig. 8", "energy of the net, as an integral", apart(energy - springs, net)),
         formula("(26)", "potential energy", apart(energy, springs + net)),
     ]
 
 
-def _summed_inertia(truss: TrussParameters) -> Array:
-    """J (m,) [kg m^2] by (21)-(22) over the rods of all modules, shared bars counted once."""
+def distinct_rods(truss: TrussParameters) -> list[tuple[int, int, int]]:
+    """Module and end nodes of each rod of the ring that lies in a place of its own."""
+    places = ring_positions(truss, float(ANGLES[0]))
+    middles = {
+        tuple(np.round(places[module, [j - 1, k - 1]].mean(axis=0), 6)): (module, j, k)
+        for module in range(truss.modules)
+        for j, k in MODULE
+    }
+    return list(middles.values())
+
+
+def _summed_inertia(truss: TrussParameters, rods: list[tuple[int, int, int]]) -> Array:
+    """J (m,) [kg m^2] by (21)-(22) over rods of the ring, each by its module and end nodes."""
     total = np.zeros(len(ANGLES))
     unit = np.ones_like(ANGLES)
     places = ring_positions(truss, float(ANGLES[0]))
-    for module in range(1, truss.modules + 1):
-        rates = {
-            node: node_motion(truss, node, ANGLES, unit, 0 * unit, module=module).velocity
-            for node in range(1, 15)
-        }
-        for j, k in RODS:
-            if (j, k) == SHARED:
-                continue
-            length = np.linalg.norm(places[0, j - 1] - places[0, k - 1])
-            u, v = rates[j], rates[k]
-            squares = (u * u + u * v + v * v).sum(axis=1)
-            total += truss.linear_density * length * squares / 3
+    for module, *ends in rods:
+        u, v = (
+            node_motion(truss, node, ANGLES, unit, 0 * unit, module=module + 1).velocity
+            for node in ends
+        )
+        length = np.linalg.norm(np.subtract(*(places[0, node - 1] for node in ends)))
+        total += truss.linear_density * length * (u * u + u * v + v * v).sum(axis=1) / 3
     return total
 
 
@@ -200,11 +218,9 @@ def _forces(cases: Cases) -> list[Entry]:
     wrap = ca.DM(tension_ratios(rubbing, math.radians(45.0))).full().ravel()
     sliding, turning = _damping_terms(truss, ANGLES)
     return [
-        given("(27)", "kinds of rotating joints of a module", "1", "4", len(turning)),
-        given("(27)", "kinds of sliding joints of a module", "1", "1", 1),
         formula(
             "(27)",
-            "joint friction from the joints' own angles",
+            "friction of four kinds of rotating joints and one of sliding ones, from their angles",
             apart(values(joint_damping, truss), sliding + sum(turning)),
         ),
         formula(
@@ -222,6 +238,12 @@ def _forces(cases: Cases) -> list[Entry]:
             "the same without friction: work of both ropes as they shorten",
             apart(values(rope_leverage, truss)[:-1], _shortening(truss)[:-1]),
         ),
+        formula(
+            "(36)-(37)",
+            "Lagrange's equation with Q_f + Q_T, mu = 0.01",
+            _lagrange_gap(rubbing),
+            "energies of the models, forces (27) and (34) as printed, acceleration of the models",
+        ),
         misprint(
             "(38)",
             "work that the motor lacks at the end, over its work, Bezier",
@@ -233,6 +255,21 @@ def _forces(cases: Cases) -> list[Entry]:
             shown=energies.imbalance < 1e-8 < miss,
         ),
     ]
+
+
+def _lagrange_gap(truss: TrussParameters) -> float:
+    """Relative difference of both sides of (37) under 20 N at 0.02 rad/s."""
+    force, speed = 20.0, 0.02
+    alpha, omega, acc = (ca.SX.sym(name) for name in ("alpha", "omega", "acc"))
+    lagrangian = kinetic_energy(truss, alpha, omega) - potential(truss, alpha)
+    momentum = ca.gradient(lagrangian, omega)
+    rate = ca.gradient(momentum, alpha) * omega + ca.gradient(momentum, omega) * acc
+    left = ca.Function("left", [alpha, omega, acc], [rate - ca.gradient(lagrangian, alpha)])
+
+    found = [left(a, speed, angular_acceleration(truss, ca.DM(a), speed, force)) for a in ANGLES]
+    sliding, turning = _damping_terms(truss, ANGLES)
+    generalised = -(sliding + sum(turning)) * speed + force * _written_leverage(truss)
+    return apart(np.array(found, float).ravel(), generalised)
 
 
 def _damping_terms(truss: TrussParameters, alpha: Array) -> tuple[Array, list[Array]]:
