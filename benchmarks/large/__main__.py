@@ -29,7 +29,8 @@ class Work(NamedTuple):
     seconds : float
         Of the processor.
     error : float
-        Of the objective, relative to the best one known; nan without an answer.
+        Of the objective, relative to the best one known, and of the replay of a fixed mesh; nan
+        without an answer.
     stated : float
         What it says that it is accurate to; nan if it says nothing.
     meshes : str
@@ -50,13 +51,16 @@ def fixed(problem: Large) -> Iterator[Work]:
     """Uniform meshes of degree 3, each solved once from the guess, until one is right to 1e-4."""
     for intervals in MESHES:
         once = Settings(scheme=Radau(3), intervals=intervals, refinement=FixedMesh(3))
-        begin = time.process_time()
+        stated, begin = problem.make(), time.process_time()
         try:
-            _, objective = collocate(problem.make(), settings=once)
-            error, words = problem.error(objective), ""
+            motion, objective = collocate(stated, settings=once)
+            seconds = time.process_time() - begin
+            # solved again from there, it brings its replay; that is not counted
+            replayed = solve(stated, settings=once, guess=motion)
+            error, words = max(problem.error(objective), replayed.verification.miss), ""
         except OcpError as failure:
+            seconds = time.process_time() - begin
             error, words = math.nan, f"{type(failure).__name__}: {failure}"
-        seconds = time.process_time() - begin
         yield Work(f"{intervals} intervals", seconds, error, math.nan, "", words)
         if error <= min(ACCURACIES):
             return

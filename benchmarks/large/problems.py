@@ -12,6 +12,8 @@ from typing import Any
 
 import casadi as ca
 
+from benchmarks.shows.engine.engine_problem import problem_of
+from benchmarks.shows.engine.large import variants
 from ocp import TIME, Algebraic, Between, Bound, Control, Phase, Problem, State
 
 
@@ -176,6 +178,12 @@ def orbit_transfer() -> Problem:
     return Problem("orbit transfer", [phase], minimise=phase.duration)
 
 
+def _of_show(name: str, optimum: float) -> Large:
+    """A problem of the show `engine-large`, with its crude guess."""
+    variant = variants()[name]
+    return Large(lambda: problem_of(variant, guessed=True), optimum, variant.stated["source"])
+
+
 PROBLEMS = {
     "crane": Large(
         crane,
@@ -195,4 +203,7 @@ PROBLEMS = {
         "low-thrust transfer in modified equinoctial elements: J. T. Betts, Practical Methods for "
         "Optimal Control, sec. 6.3, without oblateness; a thrust for five revolutions here",
     ),
+    "powered landing": _of_show("powered_landing", -1666.257154),
+    "rigid body": _of_show("rigid_body_turn", 3.2430844),
+    "launch": _of_show("launch", 1.1454209567),
 }
