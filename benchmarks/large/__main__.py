@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import signal
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -12,10 +13,12 @@ from typing import Any, NamedTuple
 from benchmarks.entry import answer_for, closest, positive
 from benchmarks.large.problems import PROBLEMS, Large
 from ocp import FixedMesh, OcpError, Radau, Settings, Solution, collocate, solve
+from ocp.progress import Progress
 from studies.common.console import Console, Table
 from studies.common.exit_codes import StudyError
 
 ACCURACIES = (1e-3, 1e-4)
+BUDGET = 150  # iterations, which end most solves on the way
 MESHES = (20, 40, 80, 160, 320, 640)
 
 
@@ -66,11 +69,11 @@ def fixed(problem: Large) -> Iterator[Work]:
             return
 
 
-def engine(problem: Large, settings: Settings, how: str) -> Work:
+def engine(problem: Large, settings: Settings, how: str, progress: Progress | None = None) -> Work:
     """The engine from the same guess, its verification included."""
     begin = time.process_time()
     try:
-        found = solve(problem.make(), settings=settings)
+        found = solve(problem.make(), settings=settings, progress=progress)
     except OcpError as failure:
         words = f"{type(failure).__name__}: {failure}"
         return Work(how, time.process_time() - begin, math.nan, math.nan, "", words)
@@ -81,6 +84,12 @@ def engine(problem: Large, settings: Settings, how: str) -> Work:
 
 def _meshes(found: Solution) -> str:
     return ", ".join(f"{m.intervals}: {m.iterations}" for m in found.mesh_iterations)
+
+
+def stop_late(line: str) -> None:
+    """Ctrl-C in the third mesh iteration."""
+    if "mesh iteration 3 " in line and line.partition(", iteration ")[2].startswith("0,"):
+        signal.raise_signal(signal.SIGINT)
 
 
 def table(name: str, rows: Sequence[Work]) -> Table:
@@ -123,6 +132,8 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         for how, keywords in [*asked, ("defaults", {})]:
             rows.append(engine(problem, Settings(**keywords), how))
             console.progress(f"{name}, {how}: {rows[-1].seconds:.1f} s")
+        rows.append(engine(problem, Settings(), "Ctrl-C in mesh 3", stop_late))
+        rows.append(engine(problem, Settings(iterations=BUDGET), f"{BUDGET} iterations"))
         console.say(table(f"{name}: {problem.source}", rows))
         hows = [*((f"accuracy={a:g}", a) for a in ACCURACIES), ("defaults", min(ACCURACIES))]
         lines.append((name, *(ratios(rows, a, how) for how, a in hows)))

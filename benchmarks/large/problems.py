@@ -204,6 +204,6 @@ PROBLEMS = {
         "Optimal Control, sec. 6.3, without oblateness; a thrust for five revolutions here",
     ),
     "powered landing": _of_show("powered_landing", -1666.257154),
-    "rigid body": _of_show("rigid_body_turn", 3.2430844),
+    "rigid body": _of_show("rigid_body_turn", 3.2430834),
     "launch": _of_show("launch", 1.1454209567),
 }
