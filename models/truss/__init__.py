@@ -7,6 +7,7 @@ least peaks that any motion has.
 """
 
 from models.truss.bar_forces import (
+    KINDS,
     BarForces,
     bar_forces,
     extreme_bar_forces,
@@ -18,6 +19,7 @@ from models.truss.bounds import (
     least_peak_rope_acceleration,
     rope_travel,
 )
+from models.truss.buckling import buckling_load, buckling_shares, play_angle
 from models.truss.dynamics import (
     ForceCoefficients,
     StaticPeak,
@@ -74,6 +76,7 @@ from models.truss.shear import module_shear
 
 __all__ = [
     "DYNAMIC_SET",
+    "KINDS",
     "KINEMATIC_SET",
     "TUBE_LINEAR_DENSITY",
     "BarForces",
@@ -89,6 +92,8 @@ __all__ = [
     "angle_from_rope_length",
     "angular_acceleration",
     "bar_forces",
+    "buckling_load",
+    "buckling_shares",
     "evaluate_motion",
     "extreme_bar_forces",
     "far_end_ratio",
@@ -108,6 +113,7 @@ __all__ = [
     "module_shear",
     "node_motion",
     "node_position",
+    "play_angle",
     "potential",
     "potential_slope",
     "pulley_loss",

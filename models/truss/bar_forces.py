@@ -101,25 +101,23 @@ def bar_forces(
     push = hoop_force(parameters, alpha, omega, acc, net)
 
     mean = _mean_link(parameters, alpha, omega, tension, loads, twist)
-    link: list[Expression] = []
-    outer: list[Expression] = []
-    inner: list[Expression] = []
-    moment: list[Expression] = []
-    for sign, rope in zip((1, -1), module_tension(parameters, alpha, tension, module), strict=True):
-        link.append(mean + sign * b * d / (c * e) * shear)
+
+    def half(sign: int, rope: Expression) -> tuple[Expression, ...]:
+        link = mean + sign * b * d / (c * e) * shear
         of_ends = _dot(loads.middle, sine, -cosine) + _dot(loads.outer, sine, -cosine)
-        outer.append(rope + push * sine - sign * shear * cosine - of_ends)
-        of_crank = link[-1] * along - twist * across + _dot(loads.crank, sine, -cosine)
-        inner.append(outer[-1] - of_crank)
+        outer = rope + push * sine - sign * shear * cosine - of_ends
+        inner = outer - link * along + twist * across - _dot(loads.crank, sine, -cosine)
         pressed = push * cosine + sign * shear * sine - _dot(loads.middle, cosine, sine)
-        moment.append((b - c) * pressed + bend)
-    step = slider_pull(parameters, alpha, tension, module) - mean_slider_pull(
-        parameters, alpha, tension
-    )
-    lifted = sum(load[1] for load in loads)  # by the inertia of either half beside the bar
-    vertical = shear_per_pull(parameters, alpha) * step - 2 * lifted
-    pairs = [(left, right) for left, right in (link, outer, inner, moment)]
-    return BarForces(pairs[0], pairs[1], pairs[2], vertical, pairs[3])
+        return link, outer, inner, (b - c) * pressed + bend
+
+    ropes = module_tension(parameters, alpha, tension, module)
+    link, outer, inner, moment = zip(half(1, ropes[0]), half(-1, ropes[1]), strict=True)
+
+    pull = slider_pull(parameters, alpha, tension, module)
+    more = pull - mean_slider_pull(parameters, alpha, tension)
+    lifted = 2 * sum(load[1] for load in loads)  # by the inertia of both halves beside the bar
+    vertical = shear_per_pull(parameters, alpha) * more - lifted
+    return BarForces(link, outer, inner, vertical, moment)
 
 
 def extreme_bar_forces(

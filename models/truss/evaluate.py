@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from models.arrays import Array, elementwise
 from models.errors import require
 from models.truss.bar_forces import largest_bar_force
+from models.truss.buckling import buckling_shares
 from models.truss.dynamics import rope_force
 from models.truss.friction import joint_loss
 from models.truss.inertia import kinetic_energy, linear_momentum, reaction_force
@@ -40,6 +41,7 @@ class TrussMotion:
     rope_length, rope_speed, rope_acceleration : of one rope [m, m/s, m/s^2], (20); the speed is
         dL/dt, negative while the rope is hauled in.
     rope_force, far_end_tension : T1 at the motor and T_4n at the fixed end [N], (38), (29).
+    buckling_share : largest push in a bar of any module, as part of its buckling load [-].
     bar_force : largest push or pull in a link or cross-bar of any module [N].
     motor_power : -2 T1 dL/dt [W], of both ropes.
     joint_power, pulley_power : dissipated [W].
@@ -57,6 +59,7 @@ class TrussMotion:
     rope_force: Array
     far_end_tension: Array
     bar_force: Array
+    buckling_share: Array
     motor_power: Array
     joint_power: Array
     kinetic_energy: Array
@@ -113,6 +116,7 @@ _QUANTITIES = (
     "rope_force",
     "far_end_tension",
     "bar_force",
+    "buckling_share",
     "joint_power",
     "kinetic_energy",
     "potential_energy",
@@ -135,6 +139,7 @@ def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
         force,
         force * far_end_ratio(parameters, alpha),
         largest_bar_force(parameters, alpha, omega, acc, force, net),
+        ca.mmax(ca.vertcat(*buckling_shares(parameters, alpha, omega, acc, force, net).values())),
         joint_loss(parameters, alpha, omega),
         kinetic_energy(parameters, alpha, omega),
         potential(parameters, alpha, net),

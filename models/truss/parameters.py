@@ -20,6 +20,7 @@ from models.errors import require
 TUBE_OUTER_DIAMETER = 0.020  # [m], assumed: the paper prints no section
 TUBE_INNER_DIAMETER = 0.018  # [m], assumed
 TUBE_DENSITY = 1800.0  # [kg/m^3], printed, though there called a linear density
+TUBE_ELASTIC_MODULUS = 70e9  # [Pa], assumed: of aluminium, or of a common carbon laminate
 TUBE_LINEAR_DENSITY = round(
     TUBE_DENSITY * math.pi / 4 * (TUBE_OUTER_DIAMETER**2 - TUBE_INNER_DIAMETER**2), 4
 )  # [kg/m], 0.1074: to the four digits that the assumption deserves
@@ -56,7 +57,8 @@ class JointMasses:
 class TrussParameters:
     """Ring truss of n identical modules; the defaults are the paper's dynamic set.
 
-    The assumed values are `linear_density` and `joint_masses`: the paper gives neither.
+    The assumed values are `linear_density`, `elastic_modulus` and `joint_masses`: the paper gives
+    none of them.
 
     Attributes
     ----------
@@ -74,6 +76,7 @@ class TrussParameters:
     slider_friction : xi2 [N s/m], viscous friction of the sliders.
     pulley_friction : mu [-], between rope and pulley.
     linear_density : rho [kg/m], of all rods.
+    elastic_modulus : E [Pa], of all rods, which are tubes of 20 and 18 mm; for buckling only.
     joint_masses : point masses at the nodes [kg].
     counting : "once" counts what neighbours share (vertical bars, their ends and sliders)
         once; "as printed" counts it in both modules, as (22)-(23) do.
@@ -103,6 +106,7 @@ class TrussParameters:
     slider_friction: float = 0.1
     pulley_friction: float = 0.0
     linear_density: float = TUBE_LINEAR_DENSITY
+    elastic_modulus: float = TUBE_ELASTIC_MODULUS
     joint_masses: JointMasses = field(default_factory=JointMasses)
     counting: Literal["once", "as printed"] = "once"
 
@@ -120,6 +124,7 @@ _POSITIVE = (
     "net_angle",
     "spring_free_length",
     "linear_density",
+    "elastic_modulus",
 )
 _NOT_NEGATIVE = (
     "spring_stiffness",

@@ -32,6 +32,7 @@ from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
 from studies.common.result import Criterion, Result, Series, at_most, outcome
+from studies.truss.bars import bars_of
 from studies.truss.checks import broken_caps, cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
@@ -117,7 +118,7 @@ def check_truss(
     surely = {key: p.high if key == "least-tension" else p.low for key, p in ranges.items()}
     broken = broken_caps(study, surely)
     table = _table(study, [deployment, *beside], bounds, broken)
-    margins = margins_of(deployment)
+    margins, bars = margins_of(deployment), bars_of(deployment, study.caps)
     return judged(
         measured,
         kind="check",
@@ -127,10 +128,15 @@ def check_truss(
         arrays=_series(found, deployment, beside),
         table=table,
         bounds=bounds,
-        checks=(*_criteria(study, found, deployment, ranges, broken, stated), *margins.checks),
+        checks=(
+            *_criteria(study, found, deployment, ranges, broken, stated),
+            *bars.checks,
+            *margins.checks,
+        ),
         size=_size(study, table, ranges),
         remarks=[
             *margins.sentences,
+            *bars.sentences,
             *_about(found),
             remark,
             *comparison(table, ranges),

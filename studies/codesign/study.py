@@ -23,6 +23,7 @@ from studies.common.console import Console, at_work, silent
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.common.stops import kept
+from studies.truss.bars import bars_of
 from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
@@ -165,7 +166,7 @@ def _result(made: Codesign) -> Result:
     before = dataclasses.replace(made.stated.deployment, name=STATED)
     laws = [best, before, *paper_laws(best.truss, best.law.duration, best.drive, best.margin)]
     table = (*_design_rows(made), *table_rows(better, laws, {}))
-    audit = made.found.audit
+    audit, bars = made.found.audit, bars_of(best, study.deployment.caps)
 
     return Result(
         kind="codesign",
@@ -176,12 +177,13 @@ def _result(made: Codesign) -> Result:
         verdict=_verdict(made),
         checks=(
             *criteria(better, best),
+            *bars.checks,
             *_requirement_checks(made),
             engine_criterion(made.solution),
             *made.found.second,
         ),
         costs_elsewhere=costs_elsewhere(table),
-        remarks=(*_remarks(made), *tolerated(better, best)),
+        remarks=(*_remarks(made), *tolerated(better, best), *bars.sentences),
         details={
             "study": truss_dictionary(better),
             "design": dict(made.found.design),

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from models.truss import TrussParameters, extreme_bar_forces
+from models.truss import TrussParameters, buckling_shares, extreme_bar_forces
 from ocp.arrays import Array
 from studies.common.console import above
 from studies.drive.playback import (
@@ -127,20 +128,28 @@ def _values(
 
     # these two take longer than all the rest together
     motion = (replayed.angle, np.maximum(replayed.speed, 0.0), replayed.acceleration)
-    if "peak-bar-force" in capped:
-        kernel = _bar_kernel(study.truss)
-        values["peak-bar-force"] = _greatest(kernel, (*motion, replayed.force))
+    for key, formula in (("peak-bar-force", _forces), ("peak-buckling-load", _shares)):
+        if key in capped:
+            kernel = _bar_kernel(study.truss, formula)
+            values[key] = _greatest(kernel, (*motion, replayed.force))
     if "peak-factored-force" in capped and study.margin is not None:
         values["peak-factored-force"] = _greatest(need_kernel(study.margin, study.truss), motion)
     return values
 
 
 @functools.lru_cache(maxsize=8)
-def _bar_kernel(truss: TrussParameters) -> ca.Function:
-    """Angle, speed, acceleration and rope force to the forces in the bars."""
+def _bar_kernel(truss: TrussParameters, formula: Callable[..., Any]) -> ca.Function:
+    """Angle, speed, acceleration and rope force to what a formula gives."""
     symbols = [ca.SX.sym(name) for name in ("alpha", "omega", "acc", "force")]
-    forces = ca.vertcat(*extreme_bar_forces(truss, *symbols).values())
-    return ca.Function("bars", symbols, [ca.fabs(forces)], {"cse": True})
+    return ca.Function("bars", symbols, [formula(truss, *symbols)], {"cse": True})
+
+
+def _forces(*state: Any) -> Any:
+    return ca.fabs(ca.vertcat(*extreme_bar_forces(*state).values()))
+
+
+def _shares(*state: Any) -> Any:
+    return ca.vertcat(*buckling_shares(*state).values())
 
 
 def _greatest(kernel: ca.Function, rows: tuple[Array, ...]) -> float:

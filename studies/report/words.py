@@ -361,8 +361,10 @@ _LIMITS: dict[str, Sequence[str]] = {
         "The truss moves with one degree of freedom: its rods are rigid, all modules move alike, "
         "and clearance and thermal effects are left out.",
         "Gravity is left out, as in orbit.",
-        "The section of the tubes and the masses of the joints are assumed: the paper prints "
-        "neither.",
+        "The section and the elastic modulus of the tubes and the masses of the joints are "
+        "assumed: the paper prints none of them.",
+        "Forces in the bars are those of pinned, rigid bars in a ring whose centre rests: the "
+        "fixed bar's reaction also moves the ring as a whole and bends it.",
         "The motor is placed on the fixed bar: the paper does not say where it is.",
     ),
     "arm": (

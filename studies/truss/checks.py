@@ -30,6 +30,7 @@ _ORDER = (
     "peak-far-end-tension",
     "least-tension",
     "peak-bar-force",
+    "peak-buckling-load",
     "peak-power",
     "energy",
     "peak-factored-force",

@@ -16,6 +16,7 @@ from models.truss import (
     Net,
     TrussParameters,
     angular_acceleration,
+    buckling_shares,
     extreme_bar_forces,
     far_end_ratio,
     force_coefficients,
@@ -148,8 +149,10 @@ def expressions(
         found["peak-force"] = forces
         found["least-tension"] = found["peak-far-end-tension"] = tensions
 
-    bars = extreme_bar_forces(truss, alpha, omega, acceleration, force, net)
+    state = (truss, alpha, omega, acceleration, force, net)
+    bars, shares = extreme_bar_forces(*state), buckling_shares(*state)
     found["peak-bar-force"] = namedtuple("Bars", bars)(*ca.cse(list(bars.values())))
+    found["peak-buckling-load"] = namedtuple("Shares", shares)(*ca.cse(list(shares.values())))
 
     if signals.jerk is not None:
         jerk = rope_jerk(truss, alpha, omega, acceleration, signals.jerk.symbol)

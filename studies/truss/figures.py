@@ -27,6 +27,7 @@ from studies.common.scene.projection import View, outline
 from studies.margin.figures import margin_figure
 from studies.report.pictures import PARTS, draw_instant, tension_scale
 from studies.report.subjects.truss import moving_antenna
+from studies.truss.bars import forces_of
 from studies.truss.motions.deployment import Deployment, travel_of
 from studies.truss.motions.laws import deployments_of
 
@@ -66,6 +67,7 @@ def all_figures(
         yield "fig18_energy_with_friction", energy_figure(deployments)
     yield "fig19_motor_force", force_figure(deployments, caps)
     yield "fig20_segment_tensions", tension_figure(deployments)
+    yield "bar_forces", bar_forces_figure(deployments[0])
     travels = [(one.name, travel) for one in deployments if (travel := travel_of(one)) is not None]
     if travels:
         yield "margins", margin_figure(travels)
@@ -241,6 +243,31 @@ def tension_figure(deployments: Sequence[Deployment]) -> Figure:
             loc="upper center",
             bbox_to_anchor=(0.5, -0.2),
         )
+    return figure
+
+
+def bar_forces_figure(deployment: Deployment) -> Figure:
+    """Largest force in each kind of bar, and the force in every link round the ring."""
+    figure = Figure(figsize=(10.0, 4.0), dpi=150, layout="constrained")
+    figure.suptitle(f"Forces in the bars under the {deployment.name} law", fontsize=12)
+    largest, links = figure.subplots(1, 2)
+    angle, forces = forces_of(deployment, times(deployment))
+    degrees = np.degrees(angle)
+
+    for kind, shade in zip(forces.bars, SHADES, strict=False):
+        name = kind.replace("_", " ").replace("cross bar", "part of cross-bar")
+        largest.plot(degrees, forces.largest(kind), color=shade, label=name)
+    label_axes(largest, "angle α [deg]", "largest push or pull [N]")
+    largest.legend(frameon=False, fontsize=8)
+
+    # left and right half of each module, one above the other
+    rows = forces.bars["link"].reshape(angle.size, -1).T
+    most = float(np.abs(rows).max())
+    halves = 0.75 + 0.5 * np.arange(len(rows))
+    look = {"cmap": "RdBu_r", "vmin": -most, "vmax": most, "rasterized": True}
+    image = links.pcolormesh(degrees, halves, rows, shading="nearest", **look)
+    label_axes(links, "angle α [deg]", "module from the motor; left and right half")
+    figure.colorbar(image, ax=links, label="force in the link [N], push positive")
     return figure
 
 

@@ -60,5 +60,6 @@ QUANTITIES = {
     "peak-speed": Quantity("peak angular speed", "rad/s", "peak", False),
     "peak-jerk": Quantity("peak angular jerk", "rad/s^3", "peak", False),
     "peak-motor-speed": Quantity("peak motor speed", "rad/s", "peak", False, "drum_radius"),
+    "peak-buckling-load": Quantity("largest part of a buckling load", "1", "peak", True),
     "least-tension": Quantity("least tension of all segments", "N", "least", True),
 }

@@ -15,6 +15,7 @@ from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.result import Result, Series
 from studies.common.stops import kept
+from studies.truss.bars import bars_of
 from studies.truss.checks import (
     criteria,
     engine_criterion,
@@ -89,7 +90,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
         for name, epigraph, dense in best.solution.verification.peaks
         if name in tight
     ]
-    margins = margins_of(best.deployment)
+    margins, bars = margins_of(best.deployment), bars_of(best.deployment, study.caps)
     return Result(
         kind="truss",
         question=study.question,
@@ -100,6 +101,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
         verdict=best.verdict,
         checks=(
             *criteria(study, best.deployment),
+            *bars.checks,
             *margins.checks,
             engine_criterion(best.solution),
             *best.second,
@@ -108,6 +110,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
         remarks=(
             *margins.sentences,
             *best.remarks,
+            *bars.sentences,
             *tolerated(study, best.deployment),
             *remarks,
             *_at_the_shortest(study, duration),

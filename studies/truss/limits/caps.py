@@ -66,6 +66,8 @@ class Caps:
     least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
     far_end_tension : of the rope's last segment, at its fixed end [N].
     bar_force : push or pull in any link or cross-bar [N].
+    buckling_load : push in any bar, as part of its buckling load [1].
+    link_reversal : of the largest push and pull of a link, the smaller [N]; checked, not sought.
     factored_force : of the motor on each rope, with the margins that are asked for [N].
 
     Raises
@@ -109,6 +111,15 @@ class Caps:
     bar_force: float | None = optional_key(
         positive, "N", "most push or pull in a link or cross-bar"
     )
+    buckling_load: float | None = optional_key(
+        positive, "", "most push in a bar as part of its buckling load; needs truss.elastic_modulus"
+    )
+    link_reversal: float | None = optional_key(
+        positive,
+        "N",
+        "most of the smaller of the largest push and the largest pull of a link, whose play it "
+        "crosses in between; the result is held against it, but no motion is sought for it",
+    )
     factored_force: float | None = optional_key(
         positive, "N", "most force that the motor must be able to pull for the margins; needs them"
     )
@@ -132,6 +143,7 @@ CAPPED: Mapping[str, str] = {
     "peak-reaction": "reaction",
     "peak-far-end-tension": "far_end_tension",
     "peak-bar-force": "bar_force",
+    "peak-buckling-load": "buckling_load",
     "least-tension": "least_tension",
     "peak-factored-force": "factored_force",
 }

@@ -202,6 +202,7 @@ class Deployment:
             "peak-power": truss.motor_power,
             "peak-far-end-tension": truss.far_end_tension,
             "peak-bar-force": truss.bar_force,
+            "peak-buckling-load": truss.buckling_share,
             "least-tension": np.minimum(truss.rope_force, truss.far_end_tension),
             **self._of_the_motor(truss),
             **self._of_the_margin(truss),

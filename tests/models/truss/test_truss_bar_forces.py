@@ -12,12 +12,14 @@ from models.truss import (
     JointMasses,
     TrussParameters,
     bar_forces,
+    buckling_shares,
     evaluate_motion,
     extreme_bar_forces,
     hoop_force,
     inertia_loads,
     largest_bar_force,
     module_shear,
+    play_angle,
     ring_forces,
     rope_force,
     slider_distance,
@@ -278,3 +280,38 @@ def test_a_motion_reports_the_largest_of_them() -> None:
     motion = evaluate_motion(truss, [1.0, 1.47], [0.1, 0.05], [0.2, -0.1])
     forces = ring_forces(truss, motion.angle, motion.speed, motion.acceleration)
     assert motion.bar_force == pytest.approx(forces.largest(), rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_bar_of_any_module_is_closer_to_buckling_than_the_extremes(seed: int) -> None:
+    """Of ropes that pull."""
+    truss, (alpha, omega, acc), _ = moving(seed)
+    state = (alpha, omega, abs(acc) + omega**2 * math.tan(alpha))
+    tension = rope_force(truss, *state)
+    assert tension > 0
+    forces = ring_forces(truss, *([one] for one in state))
+    pushes = [
+        (truss.link, forces.bars["link"]),
+        (truss.half_cross_bar, forces.bars["outer_cross_bar"]),
+        (truss.half_cross_bar, forces.bars["inner_cross_bar"]),
+        (truss.bar_length, forces.vertical_bar),
+    ]
+    # the tube of 20 and 18 mm, E = 70 GPa
+    stiffness = 70e9 * math.pi / 64 * (0.020**4 - 0.018**4)
+    share = max(push.max() * length**2 for length, push in pushes) / (math.pi**2 * stiffness)
+    shares = buckling_shares(truss, *state, tension).values()
+    found = max(float(one) for one in shares)
+    assert share <= found * (1 + 1e-12)
+    # only where the shear is largest between two modules may there be more
+    assert found <= share + abs(share) * 0.05 * (truss.pulley_friction > 0)
+
+
+def test_play_is_worth_more_where_the_slider_hardly_moves() -> None:
+    """0.05 mm, by finite differences of the slider's way."""
+    for degrees, worth in ((4.4, 0.22), (80.0, 0.025)):
+        alpha, step = math.radians(degrees), 1e-6
+        ends = [float(slider_distance(DYNAMIC_SET, alpha + s)) for s in (-step, step)]
+        slope = abs(ends[1] - ends[0]) / (2 * step)
+        found = float(play_angle(DYNAMIC_SET, alpha, 5e-5))
+        assert found == pytest.approx(5e-5 / slope, rel=1e-6)
+        assert math.degrees(found) == pytest.approx(worth, rel=0.03)
