@@ -20,10 +20,7 @@ from ocp import (
     peak,
     solve,
 )
-from ocp.mesh.mesh import Mesh, uniform
 from ocp.numerics.piecewise_polynomial import Extremes
-from ocp.problem.parameters import parameters_of
-from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.planning import mean_excess
 
 # A mass of 1 kg moves 1 m from rest to rest in 3 s and brakes by at most 1 m/s^2. At full power P
@@ -86,32 +83,6 @@ def test_an_objective_may_miss_what_its_peak_may_leak(path, passed):
     # between its points the acceleration is higher, and it is the objective
     assert 1e-4 < found.replayed_objective / solution.objective - 1.0 < 1e-3
     assert found.passed is passed
-
-
-def test_where_a_leak_is_closed_its_smaller_neighbours_are_too():
-    problem = least_power()
-    settings = Settings(intervals=12)
-    meshes = MeshSolver.of(problem, settings, parameters_of(problem))
-    program = meshes.first_program(None, Mesh((uniform(12, 4),)))
-    result = meshes.solve(program, None, settings.solver)
-    solved = meshes.examined(program, result, tight=True, finer=False)
-    leaks = np.maximum.reduce([entry.values for entry in solved.errors.phases[0].excess])
-    second, worst = np.sort(leaks)[-2:]
-    assert second > 0
-
-    def closed(path):
-        """Intervals that get points, where nothing else is asked for."""
-        asked = Accuracy(dynamics=1.0, path=path, objective=1e6)
-        following = AdaptiveMesh().next_mesh([solved], asked)
-        cut = following.phases[0].breakpoints
-        middles = 0.5 * (cut[:-1] + cut[1:])
-        held = [middles[points.intervals] for points in following.extra[0]]
-        return set(np.floor(12 * np.concatenate([[], *held])))
-
-    assert not closed(1.1 * worst)
-    # the worst one is above the tolerance, the second between a third of it and all of it
-    path = min(0.9 * worst, 2.0 * second)
-    assert closed(path) == set(np.argsort(leaks)[-2:])
 
 
 @pytest.mark.parametrize("peak", [0.51237, 0.4])

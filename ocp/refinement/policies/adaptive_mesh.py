@@ -37,9 +37,6 @@ _A_MOTION = 1e-2
 # them there are.
 _TOO_MANY = 0.3
 _MANY = 16
-# Where any leak is to be closed, so are those above this part of the tolerance: where a motion is
-# pushed back, its neighbours are the next ones.
-_NEARLY = 0.3
 # Intervals that share this part of the tolerance on the objective need no finer control.
 _LEFT_ALONE = 0.25
 # Nor does one that gains less than this part of what the worst one gains. It is small, because what
@@ -165,11 +162,9 @@ class AdaptiveMesh:
     ) -> Mesh | None:
         """A better mesh, or None when the errors meet all tolerances."""
         last, mesh = solved[-1], solved[-1].iterate.mesh
-        leaks = last.errors.excess > accuracy.path
         demands = MeshDemands(
             accuracy=accuracy,
             least_gain=_least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf,
-            closed=_NEARLY * accuracy.path if leaks else accuracy.path,
             most_intervals=self.most_intervals,
             highest_degree=0 if last.iterate.scheme.fixed_degree else self.highest_degree,
             move_breakpoints=self.move_breakpoints,
@@ -177,7 +172,7 @@ class AdaptiveMesh:
             is_motion=last.errors.dynamics <= _A_MOTION,
             resolves_jumps=_resolves_jumps(last, accuracy),
         )
-        back_offs = chosen_back_offs(last, accuracy, demands.closed if backs_off else np.inf)
+        back_offs = chosen_back_offs(last, accuracy, accuracy.path if backs_off else np.inf)
         crossed = crossings_to_meet(solved, is_motion=demands.is_motion)
 
         def phases_for(demands: MeshDemands) -> list[NextPhase]:

@@ -179,8 +179,6 @@ class MeshDemands:
         What is asked for.
     least_gain : float
         What an interval has to promise to be cut for its controls, relative to the objective.
-    closed : float
-        Excess from which on a leak is closed where its phase is solved again anyway, relative.
     most_intervals : int
         Of the phase.
     highest_degree : int
@@ -199,7 +197,6 @@ class MeshDemands:
 
     accuracy: Accuracy
     least_gain: float
-    closed: float
     most_intervals: int
     highest_degree: int
     move_breakpoints: bool
@@ -264,7 +261,9 @@ def next_phase(
     whole = last.iterate.mesh
     return NextPhase(
         mesh=refined,
-        extra=_extra_points(whole.extra[index], errors, demands.closed, breakpoints, refined),
+        extra=_extra_points(
+            whole.extra[index], errors, demands.accuracy.path, breakpoints, refined
+        ),
         back_off=_back_off(whole.back_off[index], back_off, breakpoints, refined),
         changes=changes,
     )
@@ -346,7 +345,7 @@ def _back_off(
 def _extra_points(
     old: Sequence[ExtraPoints],
     errors: PhaseErrors,
-    closed: float,
+    tolerance: float,
     breakpoints: Array,
     refined: PhaseMesh,
 ) -> tuple[ExtraPoints, ...]:
@@ -356,7 +355,7 @@ def _extra_points(
     ----------
     old : sequence of ExtraPoints
         On the solved mesh.
-    closed : float
+    tolerance : float
         Excess from which on a leak is closed.
     breakpoints : (N + 1,)
         Of the solved mesh.
@@ -368,7 +367,7 @@ def _extra_points(
         fractions.setdefault(points.constraint, []).extend(places)
     for constraint, excess in enumerate(errors.excess):
         # a crowded interval is split instead
-        leaks = np.flatnonzero((excess.values > closed) & ~errors.crowded)
+        leaks = np.flatnonzero((excess.values > tolerance) & ~errors.crowded)
         if leaks.size:
             tau = np.clip(excess.tau[leaks][:, None] + _AROUND, 0.0, 1.0)
             places = (breakpoints[leaks][:, None] + tau * width[leaks][:, None]).ravel()
