@@ -8,12 +8,9 @@ asked beside them.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
 
 from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding, Tolerances
 from ocp.diagnostics.motion_conditions import motion_conditions
@@ -78,38 +75,11 @@ class Certificate:
         """A motion from which a solve should reach a better answer; None if none was found."""
         return next((check.start for check in self.checks if check.start is not None), None)
 
-    def as_json(self) -> str:
-        """The certificate as JSON; numbers that are not finite become strings."""
-        checks = [
-            {
-                "name": check.name,
-                "value": _plain(check.value),
-                "tolerance": check.tolerance,
-                "sentence": check.sentence,
-                "open": check.open,
-                "passed": check.passed,
-            }
-            for check in self.checks
-        ]
-        content = {
-            "problem": self.problem,
-            "objective": _plain(self.objective),
-            "verdict": self.verdict,
-            "passed": self.passed,
-            "confirmed": self.confirmed,
-            "checks": checks,
-        }
-        return json.dumps(content, indent=2, allow_nan=False)
-
     def __str__(self) -> str:
         head = f"{self.problem}: {self.objective:.10g}, {self.verdict}"
         foot = f"  {'certified' if self.passed else 'NOT certified'}"
         foot += ", confirmed by a second solve" if self.confirmed else ""
         return "\n".join([head, *(f"  {check}" for check in self.checks), foot])
-
-
-def _plain(value: float) -> float | str:
-    return float(value) if np.isfinite(value) else str(float(value))
 
 
 def certify(

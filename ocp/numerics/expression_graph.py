@@ -35,7 +35,6 @@ _OPERANDS = {
 # the result of an operation, or what makes it of the operands
 Replacement: TypeAlias = "ca.SX | Callable[[list[ca.SX]], ca.SX]"
 
-_FACTORS = 6  # of a product that are looked at for a sum
 _MOST_NAMES = 8  # of symbols that stand for an expression too long to write
 
 
@@ -171,60 +170,6 @@ def operands_of(expression: ca.SX) -> list[ca.SX]:
     """What a scalar expression is the result of: operands, or the arguments of a call."""
     made = expression.dep(0) if expression.is_output() else expression
     return [made.dep(i) for i in range(made.n_dep())]
-
-
-def summands(expression: ca.SX, most: int) -> list[ca.SX]:
-    """Terms that add up to a scalar expression, those of sums times or by something included.
-
-    Parameters
-    ----------
-    most : int
-        Terms after which no further sum is taken apart.
-    """
-    found: list[ca.SX] = []
-    stack = [ca.densify(expression)]
-    while stack:
-        term = stack.pop()
-        parts = _parts_of(term) if len(found) + len(stack) < most else [term]
-        if len(parts) > 1:
-            stack += reversed(parts)
-        else:
-            found += parts
-    return found
-
-
-def _parts_of(term: ca.SX) -> list[ca.SX]:
-    """The two terms of a sum, times what multiplies or divides it; the term itself if it is none.
-
-    What multiplies it may be a sum, too, and is taken apart then.
-    """
-    factors, divisor = ca.SX(1), ca.SX(1)
-    code, operands = term.op(), operands_of(term)
-    while code in (ca.OP_NEG, ca.OP_TWICE, ca.OP_MUL, ca.OP_DIV):
-        if code == ca.OP_NEG or code == ca.OP_TWICE:
-            factors = factors * (-1 if code == ca.OP_NEG else 2)
-            inner = operands[0]
-        elif code == ca.OP_DIV:
-            divisor, inner = divisor * operands[1], operands[0]
-        else:
-            first, second = sorted(operands, key=_holds_sum)
-            factors, inner = factors * first, second
-        code, operands = inner.op(), operands_of(inner)
-    if code not in (ca.OP_ADD, ca.OP_SUB):
-        return [term]
-    sign = 1 if code == ca.OP_ADD else -1
-    return [factors * operands[0] / divisor, sign * factors * operands[1] / divisor]
-
-
-def _holds_sum(expression: ca.SX, depth: int = _FACTORS) -> bool:
-    """Whether an expression is a sum or a difference, or one times or by something."""
-    code = expression.op()
-    if code in (ca.OP_ADD, ca.OP_SUB):
-        return True
-    if depth == 0 or code not in (ca.OP_NEG, ca.OP_TWICE, ca.OP_MUL, ca.OP_DIV):
-        return False
-    inner = [expression.dep(0), *([expression.dep(1)] if code == ca.OP_MUL else [])]
-    return any(_holds_sum(each, depth - 1) for each in inner)
 
 
 def _graph_with_calls(expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]) -> ExpressionGraph:

@@ -1,7 +1,6 @@
 """Certificates of problems with known optima, and of solutions that were spoiled."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
@@ -343,16 +342,11 @@ def test_an_iterate_that_is_not_the_best_fails():
     )
 
 
-def test_json_and_text():
+def test_a_certificate_is_printed():
     certificate = certify(
         solve(least_effort(), settings=Settings(intervals=5, refinement=FixedMesh()))
     )
-    read = json.loads(certificate.as_json())
-    assert read["passed"] is True
-    assert read["objective"] == pytest.approx(12.0)
-    assert {c["name"] for c in read["checks"]} == {c.name for c in certificate.checks}
     assert str(certificate).endswith("certified, confirmed by a second solve")
-    assert read["confirmed"] is True
     assert all(c.sentence in str(certificate) for c in certificate.checks)
 
 

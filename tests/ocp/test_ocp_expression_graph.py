@@ -11,7 +11,6 @@ from ocp.numerics.expression_graph import (
     Instruction,
     expression_text,
     graph_of,
-    summands,
 )
 
 X, Y = ca.SX.sym("x"), ca.SX.sym("y")
@@ -31,29 +30,6 @@ EVERYTHING = [
     X,
     2 * X - Y / 7,
 ]
-
-
-A, B, C = (ca.SX.sym(name) for name in "abc")
-SUMS = [
-    (A + B - C, 3),
-    ((X * Y + A - B) / C, 3),
-    (-2 * (A - (B + C) / X) * Y, 3),
-    ((A + B) * (X + Y), 4),
-    (ca.sin(A + B), 1),
-    (A * B, 1),
-    (-A, 1),
-    (ca.SX(3), 1),
-    (sum((ca.cos(i * A) for i in range(30)), B), 8),
-]
-
-
-@pytest.mark.parametrize(("whole", "count"), SUMS)
-def test_summands_add_up_to_the_whole(whole, count):
-    terms = summands(whole, 8)
-    assert len(terms) in (count, count + 1)
-    symbols = [A, B, C, X, Y]
-    left = ca.Function("left", symbols, [whole - ca.sum1(ca.vertcat(*terms))])
-    assert float(left(0.3, 0.7, 1.9, -2.2, 0.6)) == pytest.approx(0, abs=1e-13)
 
 
 def test_every_function_survives_the_way_there_and_back():
