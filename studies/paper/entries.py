@@ -86,6 +86,11 @@ class Entry:
         return "0" if difference == 0.0 else f"{100 * difference:+.2g} %"
 
     @property
+    def verdict_text(self) -> str:
+        """The verdict for people, which says so if it was not found."""
+        return self.verdict.value if self.holds else f"NOT FOUND: {self.verdict.value}"
+
+    @property
     def key(self) -> str:
         """A name for programs."""
         words = re.sub(r"[^a-z0-9]+", "-", f"{self.place} {self.quantity}".lower())

@@ -72,16 +72,20 @@ def _series(result: Result, name: str) -> tuple[Array, Array]:
 
 def pendulum_figure(result: Result) -> Figure:
     """Fig. 6: height of the tips of both pendulums, on two meshes; the paper has Abaqus, too."""
-    figure, panels = _panels(2, "Height of the tip, released from the horizontal (Table 1)")
+    figure, panels = _panels(
+        2,
+        "Height of the tip, released from the horizontal (Table 1), on two meshes; without Abaqus",
+    )
     for panel, name in zip(panels, ("single", "double"), strict=True):
         for elements, colour, style in zip(PENDULUM_ELEMENTS, COLOURS, ("-", "--"), strict=False):
             label = f"{elements} ANCF elements a link"
             panel.plot(
                 *_series(result, f"{name}_y_{elements}"), color=colour, ls=style, label=label
             )
-        panel.legend(frameon=False, fontsize=8)
         panel.set_title(f"{name} pendulum", fontsize=10)
         label_axes(panel, "time [s]", "y [m]")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
     return figure
 
 

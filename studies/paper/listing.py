@@ -30,12 +30,17 @@ def entry_from(record: Mapping[str, Any]) -> Entry:
 
 def cells(entry: Entry) -> tuple[str, ...]:
     """The cells of a row, in the order of `HEAD`."""
-    verdict = entry.verdict.value if entry.holds else f"NOT FOUND: {entry.verdict.value}"
     if entry.printed == WRITTEN:
         shown = "agrees" if entry.holds else "differs"
-        return (*_what(entry), WRITTEN, shown, entry.difference_text, verdict)
+        return (*_what(entry), WRITTEN, shown, entry.difference_text, entry.verdict_text)
     printed = entry.printed or "-"
-    return (*_what(entry), printed, number(entry.ours, 6), entry.difference_text, verdict)
+    return (
+        *_what(entry),
+        printed,
+        number(entry.ours, 6),
+        entry.difference_text,
+        entry.verdict_text,
+    )
 
 
 def _what(entry: Entry) -> tuple[str, str, str]:

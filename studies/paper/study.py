@@ -104,15 +104,16 @@ def unique_keys(entries: Sequence[Entry]) -> list[str]:
 
 def _table_row(key: str, entry: Entry) -> TableRow:
     values = {OURS: float(entry.ours), PRINTED: entry.printed_value}
-    return TableRow(key, f"{entry.place} {entry.quantity}", entry.unit, values)
+    return TableRow(
+        key, f"{entry.place} {entry.quantity} ({entry.verdict_text})", entry.unit, values
+    )
 
 
 def _criterion(entry: Entry) -> Criterion:
-    verdict = entry.verdict.value if entry.holds else f"NOT FOUND: {entry.verdict.value}"
     reason = f" ({entry.reason})" if entry.reason else ""
     printed = f", printed {entry.printed}" if entry.printed else ""
     sentence = (
-        f"{verdict}: {entry.place} {entry.quantity}: ours {entry.ours:.6g} {entry.unit}"
+        f"{entry.verdict_text}: {entry.place} {entry.quantity}: ours {entry.ours:.6g} {entry.unit}"
         f"{printed}{reason}"
     )
     name = f"{entry.place} {entry.quantity}"

@@ -19,7 +19,7 @@ from models.ancf.joints import Free, Locked
 from models.ancf.state import posed
 from models.arm.parameters import ASSUMED_DENSITY, ASSUMED_MODULUS, ArmParameters
 from ocp.arrays import Array
-from studies.arm.stage import ELBOW, ROOT, Stage, big_arm
+from studies.arm.stage import ELBOW, ROOT, Stage, big_arm, small_arm
 from studies.flex.measures import bending, fitted_frequency, vibration
 from studies.paper.cases import ARM_STEPS, Cases
 from studies.paper.entries import (
@@ -96,12 +96,19 @@ def _lengths() -> list[Entry]:
             arm.damping_ratio,
             "the paper names none",
         ),
-        assumption(
-            "V-B",
-            "angle between the arms while the small one is folded",
-            "deg",
-            float(np.degrees(big_arm().start[ELBOW])),
-            "Fig. 2 is a drawing without numbers; ours is folded back onto the big arm",
+        *(
+            assumption(
+                "II-B, Fig. 2",
+                what,
+                "deg",
+                abs(float(np.degrees(angle))),
+                "not printed; our choice",
+            )
+            for what, angle in (
+                ("turn of the big arm", big_arm().turn[ROOT]),
+                ("turn of the small arm", small_arm().turn[ELBOW]),
+                ("angle of the small arm to the big one while folded", big_arm().start[ELBOW]),
+            )
         ),
     ]
 

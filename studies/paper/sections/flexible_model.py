@@ -45,7 +45,13 @@ PRESETS = Path(studies.__path__[0]) / "flex" / "presets"
 
 def flexible_entries(cases: Cases) -> list[Entry]:
     """The rows, in the order of the paper."""
-    return [*_element(), *_equations(), *_stabilisation(), *_table_1(), *_figures(cases)]
+    return [
+        *element_entries(),
+        *equation_entries(),
+        *_stabilisation(),
+        *_table_1(),
+        *_figures(cases),
+    ]
 
 
 def _bent() -> Array:
@@ -74,7 +80,7 @@ def _written_mass() -> Array:
     return mass
 
 
-def _secant(e: Array) -> Array:
+def secant_stiffness(e: Array) -> Array:
     """K_l + K_n of (8)-(9), with quadrature far beyond what is needed; (8, 8)."""
     stiffness = np.zeros((8, 8))
     for xi, weight in zip(*gauss_legendre(8), strict=True):
@@ -85,7 +91,8 @@ def _secant(e: Array) -> Array:
     return stiffness
 
 
-def _element() -> list[Entry]:
+def element_entries() -> list[Entry]:
+    """Rows of the element, (1)-(10)."""
     e = _bent()
     xis = np.linspace(0.0, 1.0, 11)
     rows = max(float(np.abs(shape_row(xi, L) - _written_rows(xi)).max()) for xi in xis)
@@ -96,7 +103,7 @@ def _element() -> list[Entry]:
 
     mass = mass_matrix(L, ELEMENT.linear_density)
     energy, gradient, tangent = element_kernel()(e, EA, EI, L)
-    secant = _secant(e)
+    secant = secant_stiffness(e)
     gap = apart(gradient.full().ravel(), secant @ e)
     lacking = float(np.linalg.norm(tangent.full() - secant) / np.linalg.norm(tangent.full()))
     return [
@@ -160,7 +167,7 @@ def _energy(e: Array) -> float:
     return float(total)
 
 
-def _equations() -> list[Entry]:
+def equation_entries() -> list[Entry]:
     """(11)-(15) of an element whose pin is open, in any motion, under gravity."""
     chain = Chain((ELEMENT,), elements=1, gravity=GRAVITY)
     q, v = _bent(), np.linspace(-1.0, 2.0, 8)
@@ -171,7 +178,7 @@ def _equations() -> list[Entry]:
         return Index1(chain, [Free()], alpha, beta).start(0.0, q, v)[0]
 
     # the terms as printed: the pin is Phi = r at the first node
-    mass, elastic, jacobian = _written_mass(), _secant(q) @ q, np.eye(2, 8)
+    mass, elastic, jacobian = _written_mass(), secant_stiffness(q) @ q, np.eye(2, 8)
     load = sum(
         weight * L * ELEMENT.linear_density * np.kron(_written_rows(xi), GRAVITY)
         for xi, weight in zip(*gauss_legendre(6), strict=True)

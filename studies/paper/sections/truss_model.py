@@ -78,6 +78,8 @@ def _kinematics() -> list[Entry]:
     radius = np.linalg.norm(places[:, :, 0] - centre, axis=-1)
     rounded = apart(radius, np.repeat(values(ring_radius, truss)[:, None], truss.modules, axis=1))
 
+    written = np.array([_written_places(truss, *pair) for pair in zip(ANGLES, places, strict=True)])
+
     along = truss.modules * np.sum([between(j, k) for j, k in ROPE], axis=0)
     last = 2 * truss.modules * (e + truss.half_cross_bar)
     middle = 2 * truss.modules * (2 * e + 2 * truss.half_cross_bar)
@@ -94,19 +96,18 @@ def _kinematics() -> list[Entry]:
             "the turn about the big arm's axis is left out: our arm moves in a plane",
             printed="4",
         ),
-        *(
-            assumption("II-B, Fig. 2", what, "deg", angle, "a drawing without numbers; our choice")
-            for what, angle in (
-                ("turn of the big arm", 90.0),
-                ("turn of the small arm", 180.0),
-            )
-        ),
         exact("I", "bars of a module's closed mechanism (six-bar)", "1", "6", len(LOOP)),
         exact("Fig. 7", "joint nodes of a module", "1", "14", len(nodes)),
         exact("IV-A", "full turn of the ring, n times beta", "deg", "360", _turn(places[-1])),
         formula("(16)", "slider distance e, also as distances of nodes", sliders),
-        formula("(17)-(19)", "the ring of 24 modules closes", float(gap.max() / radius.max())),
-        formula("(18)-(19)", "vertical bars stand on a circle", rounded),
+        formula("(17)-(19)", "places of the nodes of all modules", apart(places, written)),
+        formula(
+            "(17)-(19)",
+            "the ring of 24 modules closes",
+            float(gap.max() / radius.max()),
+            "as it has to: gap between the last module and the first, over the radius",
+        ),
+        formula("(25)", "radius b sin(alpha)/sin(180 deg/n) of the vertical bars' ends", rounded),
         exact("IV-A", "rope segments of a module", "1", "4", segments / truss.modules),
         formula("(20)", "length of one rope, last expression", apart(along, last)),
         misprint(
@@ -119,6 +120,18 @@ def _kinematics() -> list[Entry]:
             shown=abs(middle[0] / length - 2.0) < 1e-12,
         ),
     ]
+
+
+def _written_places(truss: TrussParameters, alpha: float, places: Array) -> Array:
+    """Places (n, 14, 3) [m] by (17)-(19) of the nodes that the first module says."""
+    beta, side = 2 * np.pi / truss.modules, 2 * truss.half_cross_bar * np.sin(alpha)
+    found, corner = [], np.zeros(3)
+    for turn in beta * np.arange(truss.modules):
+        cos, sin = np.cos(turn), np.sin(turn)
+        rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        found.append(corner + places[0] @ rotation.T)
+        corner = corner + side * np.array([cos, sin, 0.0])
+    return np.array(found)
 
 
 def _ropes(truss: TrussParameters) -> float:
@@ -229,7 +242,12 @@ def _forces(cases: Cases) -> list[Entry]:
             apart(wrap, _written_tensions(rubbing, math.radians(45.0))),
         ),
         formula(
-            "(30)-(34)",
+            "(30)-(33)",
+            "generalised force of the segments of module 5 under a unit tension",
+            apart(_segment_forces(truss, module=5), _written_segments(truss)),
+        ),
+        formula(
+            "(34)",
             "generalised force of both ropes, mu = 0.01",
             apart(values(rope_leverage, rubbing), _written_leverage(rubbing)),
         ),
@@ -302,11 +320,31 @@ def _written_tensions(truss: TrussParameters, alpha: float) -> Array:
     return np.array(tensions)
 
 
+def _segment_forces(truss: TrussParameters, module: int) -> Array:
+    """Generalised force (4, m) [m] of a unit tension in each segment, by (30) and (31)."""
+    unit = np.ones_like(ANGLES)
+    forces = []
+    for pair in ROPE:
+        start, end = (
+            node_motion(truss, node, ANGLES, unit, 0 * unit, module=module) for node in pair
+        )
+        pull = end.position - start.position
+        closing = (pull * (start.velocity - end.velocity)).sum(axis=1)
+        forces.append(closing / np.linalg.norm(pull, axis=1))
+    return np.array(forces)
+
+
+def _written_segments(truss: TrussParameters) -> Array:
+    """The same by the last expressions of (32) and (33), (4, m) [m]."""
+    c, d = truss.crank, truss.link
+    root = np.sqrt(d**2 - (c * np.sin(ANGLES)) ** 2)
+    front = c * np.sin(ANGLES) + c**2 * np.sin(2 * ANGLES) / (2 * root)
+    return np.array([front, 0 * front, 0 * front, front])
+
+
 def _written_leverage(truss: TrussParameters) -> Array:
     """The sum of (34) over T1, term by term, (m,) [m]."""
-    c, d, mu = truss.crank, truss.link, truss.pulley_friction
-    root = np.sqrt(d**2 - (c * np.sin(ANGLES)) ** 2)
-    front = 2 * (c * np.sin(ANGLES) + c**2 * np.sin(2 * ANGLES) / (2 * root))
+    mu, front = truss.pulley_friction, 2 * _written_segments(truss)[0]
     terms = sum(
         np.exp(-4 * mu * i * (np.pi - ANGLES)) * (1 + np.exp(-mu * (3 * np.pi - 4 * ANGLES)))
         for i in range(truss.modules)

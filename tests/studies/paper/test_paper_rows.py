@@ -18,7 +18,7 @@ from studies.paper.config import PaperStudy
 from studies.paper.entries import Entry, PaperVerdict
 from studies.paper.listing import cells, difference_rows, entries_from, entry_from, rows_csv
 from studies.paper.sections import flexible_model
-from studies.paper.sections.dynamics import _force_rows, dynamics_entries
+from studies.paper.sections.dynamics import dynamics_entries, force_entries
 from studies.paper.sections.planning import planning_entries
 from studies.paper.sections.truss_model import truss_entries
 from studies.paper.study import result_of, unique_keys
@@ -89,13 +89,13 @@ def test_every_row_of_the_truss_has_a_verdict_that_holds():
     assert len(keys) == len(set(keys))
 
 
-def test_every_equation_of_the_truss_has_a_row():
+def test_every_equation_of_the_paper_has_a_row():
+    element = (*flexible_model.element_entries(), *flexible_model.equation_entries())
     found = set()
-    for first, last in re.findall(
-        r"\((\d+)\)(?:-\((\d+)\))?", " ".join(entry.place for entry in truss_rows())
-    ):
-        found |= set(range(int(first), int(last or first) + 1))
-    assert found == set(range(16, 46))
+    for entry in (*element, *truss_rows()):
+        for first, last in re.findall(r"\((\d+)\)(?:-\((\d+)\))?", entry.place):
+            found |= set(range(int(first), int(last or first) + 1))
+    assert found == set(range(1, 46))
 
 
 def test_nothing_is_a_misprint_that_no_computation_shows():
@@ -145,7 +145,7 @@ def test_a_wrong_model_is_found(monkeypatch):
 
     wrong = dataclasses.replace(TrussParameters(), crank=0.11)
     monkeypatch.setattr(dynamics, "DYNAMIC_SET", wrong)
-    failed = {entry.quantity for entry in dynamics._parameters() if not entry.holds}
+    failed = {entry.quantity for entry in dynamics.parameter_entries() if not entry.holds}
     assert failed == {"crank c"}
 
 
@@ -175,18 +175,17 @@ def test_what_the_printed_density_would_do_as_a_linear_one():
 
 def test_a_reading_of_the_text_is_no_verdict_on_the_print():
     """The text may have lost a zero in (10) and a dot in (13)."""
-    section = {entry.quantity: entry for entry in flexible_model._equations()}
-    section |= {entry.quantity: entry for entry in flexible_model._element()}
-    doubtful = [e.place for e in section.values() if e.verdict is PaperVerdict.NOT_READABLE]
-    assert sorted(doubtful) == ["(10)", "(13)"]
-    assert all(entry.holds for entry in section.values())
+    section = [*flexible_model.element_entries(), *flexible_model.equation_entries()]
+    doubtful = [e.place for e in section if e.verdict is PaperVerdict.NOT_READABLE]
+    assert doubtful == ["(10)", "(13)"]
+    assert all(entry.holds for entry in section)
 
 
 def test_a_wrong_equation_of_the_element_is_found(monkeypatch):
     """Half of the elastic force breaks the rows that need it."""
-    right = flexible_model._secant
-    monkeypatch.setattr(flexible_model, "_secant", lambda e: right(e) / 2)
-    failed = {e.place for e in flexible_model._equations() if not e.holds}
+    right = flexible_model.secant_stiffness
+    monkeypatch.setattr(flexible_model, "secant_stiffness", lambda e: right(e) / 2)
+    failed = {e.place for e in flexible_model.equation_entries() if not e.holds}
     assert failed == {"(11)", "(12)", "(13)", "(14)-(15)"}
 
 
@@ -244,6 +243,6 @@ def test_the_whole_paper_is_recomputed(tmp_path, capsys):
 def test_a_motion_whose_peak_force_is_at_its_start_has_its_rows():
     # the inertia of a fast motion asks for the most force before the net is taut
     bezier, _ = Cases(PaperStudy(duration=3.0)).laws(TrussParameters())
-    _, greatest, _ = _force_rows(bezier)
+    _, greatest, _ = force_entries(bezier)
     assert "faster once the net is taut" in greatest.reason
     assert not greatest.holds
