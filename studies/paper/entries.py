@@ -83,7 +83,10 @@ class Entry:
             return "-"
         if self.printed_value == 0.0:
             return f"{difference:+.3g}"
-        return "0" if difference == 0.0 else f"{100 * difference:+.2g} %"
+        if abs(difference) < EXACT:
+            return "0"
+        digits = ".0f" if abs(difference) > 0.99 else ".2g"
+        return f"{100 * difference:+{digits}} %"
 
     @property
     def verdict_text(self) -> str:

@@ -63,6 +63,20 @@ def test_a_number_is_equal_to_the_printed_digits(printed, ours, same):
     assert rows.equal("V", "x", "1", printed, ours).holds is same
 
 
+@pytest.mark.parametrize(
+    ("printed", "ours", "text"),
+    [
+        ("10", 10.0 + 2e-15, "0"),
+        ("24.6", 25.0663, "+1.9 %"),
+        ("1800", 0.1, "-100 %"),
+        ("0", 0.5, "+0.5"),
+        ("", 1.0, "-"),
+    ],
+)
+def test_a_difference_reads_well(printed, ours, text):
+    assert rows.misprint("V", "x", "1", printed, ours, "").difference_text == text
+
+
 def test_a_count_is_the_printed_number_itself():
     assert rows.exact("V", "x", "1", "10", 10).holds
     assert not rows.exact("V", "x", "1", "10", 10.001).holds
