@@ -78,3 +78,19 @@ def test_the_motor_force_is_that_of_the_twin(seed: int) -> None:
     twin = ring_statics_twin.ring_forces(parameters, angle, speed, 1.0)
     expected = float(truss.rope_force(parameters, angle, speed, 1.0))
     assert twin.motor_force == pytest.approx(expected, rel=SHARE)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_vertical_bars_carry_what_lifts_the_upper_face(seed: int) -> None:
+    """On average over the ring, with the accelerations of the twin; at rest they carry nothing."""
+    parameters, angle, speed = drawn(seed)
+    rho, masses = parameters.linear_density, parameters.joint_masses
+    shared = 1 if parameters.counting == "once" else 2
+    for state in ((0.0, 0.0), (speed, 2 * math.sin(seed))):
+        own = truss.ring_forces(parameters, [angle], [state[0]], [state[1]]).vertical_bar[0]
+        up = ring_statics_twin.ring_motion(parameters, angle, *state).acceleration[0, :, 2]
+        lifted = rho * parameters.half_cross_bar * (up[1] + 2 * up[6] + up[5]) / 2
+        lifted += rho * parameters.link * (up[7] + up[8] + up[13] + up[14]) / 2
+        lifted += masses.middle * up[6] + masses.crank * (up[7] + up[13])
+        lifted += shared * masses.slider * up[8]
+        assert own.mean() == pytest.approx(lifted, abs=SHARE * np.abs(own).max())
