@@ -35,7 +35,8 @@ class FinishedStarts:
 
     def keep(self, kind: str, trial: Trial) -> None:
         """Write what came of a start; one that the user stopped is not finished."""
-        if isinstance(trial.error, Interrupted):
+        stopped = trial.solution is not None and trial.solution.interrupted
+        if stopped or isinstance(trial.error, Interrupted):
             return
         place = self.folder / FOLDER
         place.mkdir(exist_ok=True)

@@ -1,15 +1,19 @@
 """Ctrl-C is neither lost inside CasADi nor waited for behind a long step of a library."""
 
 import argparse
+import math
 import os
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
+from ocp import OcpError, Trial
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import FinishedStarts
 from studies.common.result import Result, Verdict
 from studies.common.running import Job, carry_out
 from studies.common.stops import kept
@@ -166,3 +170,10 @@ def test_no_search_begins_after_the_stop(listening):
     with pytest.raises(StudyError, match="interrupted before a motion was found"):
         run(study, Stopping())
     assert not any("again with forces" in line for line in lines)
+
+
+def test_a_start_that_was_stopped_is_no_finished_one(tmp_path):
+    starts = FinishedStarts(tmp_path)
+    starts.keep("motion", Trial("stopped", SimpleNamespace(interrupted=True), None, 1.0, 0.0))
+    starts.keep("motion", Trial("failed", None, OcpError("no motion"), math.nan, 0.0))
+    assert starts.names("motion") == ("failed",)
