@@ -97,8 +97,11 @@ def test_the_least_time_is_the_duration_at_which_a_cap_is_the_least_possible(key
 
 def test_caps_that_need_more_time_together_are_refused() -> None:
     mean = rope_travel(DYNAMIC_SET) / T
-    with pytest.raises(StudyError, match="they need at least"):
+    # to 1.05 of the mean speed within T - T/1.05, at 22.05 times the mean speed per T
+    with pytest.raises(StudyError, match=f"the least possible is {22.05 * mean / T:.6g} m/s"):
         check_feasible(stated(rope_speed=1.05 * mean, rope_acceleration=5 * mean / T), nothing)
+    with pytest.raises(StudyError, match="they need at least"):
+        check_feasible(stated(rope_speed=1.05 * mean, rope_jerk=40 * mean / T**2), nothing)
 
 
 def test_the_least_rope_speed_alone_is_no_motion() -> None:
