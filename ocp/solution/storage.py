@@ -34,7 +34,7 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, told_before
 from ocp.problem.symbols import TIME, ByFraction, Signal, Symbol, Time, resolve
 from ocp.reformulate.form import Form
-from ocp.solution.files import check_room, read_file, write_file
+from ocp.solution.disk import check_room, read_file, write_file
 from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"

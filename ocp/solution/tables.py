@@ -14,7 +14,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.problem.display import objective_unit, with_unit
 from ocp.problem.symbols import Between, Signal
-from ocp.solution.files import write_file
+from ocp.solution.disk import write_file
 
 if TYPE_CHECKING:
     from ocp.solution.solution import Solution

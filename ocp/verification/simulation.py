@@ -1,9 +1,9 @@
 """Independent simulation: the controls of a solution drive the stated dynamics again.
 
 It starts at the initial state. Its steps start again at the breakpoints, where the controls may
-jump. It uses the integrator of `ocp.numerics.integrators`, where that does not hold with short
-steps the one of `ocp.numerics.integrators`, and its own compiled copy of the dynamics,
-unscaled and straight from the statement.
+jump. It uses an explicit integrator of `ocp.numerics.integrators`, or the implicit one there if a
+motion is stiff, and its own compiled copy of the dynamics, unscaled and straight from the
+statement.
 
 The variational equation ``Phi' = df/dx Phi`` along the solution tells how an error made at one time
 grows until another. States are in units of their sizes. A forward replay of a motion that amplifies

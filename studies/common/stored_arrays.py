@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.solution.files import check_room
+from ocp.solution.disk import check_room
 
 
 def stored_arrays(path: Path, names: Iterable[str]) -> dict[str, Array]:

@@ -128,7 +128,9 @@ def end_forces(truss: TrussParameters) -> tuple[tuple[str, float, float], ...]:
 # what proves the bound of a quantity, with what goes into it
 _PROOFS = {
     "peak-rope-speed": "the mean is L/T, with {travel:.6g} m of rope",
-    "peak-rope-acceleration": "4 L/T^2, or more under caps on its jerk and speed, with {travel:.6g} m of rope",
+    "peak-rope-acceleration": (
+        "4 L/T^2, or more under caps on its jerk and speed, with {travel:.6g} m of rope"
+    ),
     "peak-rope-jerk": "32 L/T^3, with {travel:.6g} m of rope",
     "peak-power": "the mean is W/T, and the motors do at least {work:.6g} J",
     "peak-motor-speed": "the mean of a shaft that hauls in {travel:.6g} m of rope",
