@@ -120,7 +120,7 @@ def coarse(**options):
 
 def test_a_coarse_answer_is_unverified():
     problem, settings = coarse(refinement=AdaptiveMesh(rounds=1))
-    with pytest.raises(Unverified, match=r"'swing'.*replay misses.*more rounds") as caught:
+    with pytest.raises(Unverified, match=r"'swing'.*replay misses.*more mesh iterations") as caught:
         solve(problem, settings=settings)
     found = caught.value.iterate
     assert found.verdict == "unverified"

@@ -25,13 +25,15 @@ OPTIMA = {
     "cartpole_kelly": 58.8076674582,  # boundary value problem of Pontryagin's principle
     "catmix": -0.04805568445,  # COPS 3.0
     "gas_oil": 0.00523659583,  # COPS 3.0
-    "shuttle": 34.14118428,  # Betts
     "via_point": 81 / 8,  # cubic spline
     "goddard_betts_3ph": 18550.8718635,  # Betts, yapss
 }
 
 
-LONG = {"goddard_vmax": 1.01257632464}  # four arcs, solved as four phases
+LONG = {
+    "goddard_vmax": 1.01257632464,  # four arcs, solved as four phases
+    "shuttle": 34.14118428,  # Betts
+}
 
 
 @pytest.mark.parametrize(
