@@ -68,7 +68,11 @@ def main() -> int:
         return 2  # as `studies.common.exit_codes.ExitCode.BAD_INPUT`, which may be hidden
     from studies.cli import main as run  # not before it is known to be ours
 
-    return run(listen=listen)
+    code = run(listen=listen)
+    # all is done and said: Ctrl-C while the interpreter ends has nothing left to stop
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return code
 
 
 if __name__ == "__main__":
