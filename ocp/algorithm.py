@@ -172,14 +172,19 @@ def solve_from(
 def _handed_over(
     form: Form, meshes: MeshSolver, stop: Interrupted | BudgetSpent, bound: float | None
 ) -> Solution | None:
-    """What a stopped solve had reached, as a solution; None if it is not accurate enough."""
+    """What a stopped solve had reached, as a solution; None if it is not accurate enough.
+
+    The error carries it then, for inspection.
+    """
     reached = stop.refinement
     if not isinstance(reached, Refinement):
         return None
     check = _check_of(form, meshes, reached)
     with suppress(SolveFailed):
         solution = _solution(form, meshes, reached, check, bound, partial=True)
-        return solution if solution.accuracy <= _OF_USE else None
+        if solution.accuracy <= _OF_USE:
+            return solution
+        stop.iterate = solution
     return None
 
 

@@ -60,6 +60,8 @@ class BudgetSpent(IterationLimit):
 
     Attributes
     ----------
+    iterate : object or None
+        As of `Interrupted`.
     finished : object or None
         The best mesh iteration that the solver finished; not verified.
     refinement : object or None
@@ -125,7 +127,8 @@ class Interrupted(OcpError):
     Attributes
     ----------
     iterate : object or None
-        The last iterate; not a solution.
+        The best motion until then, as a `Solution` that is not verified; the last iterate if no
+        mesh was solved.
     finished : object or None
         The best mesh iteration that the solver finished, whether it holds between its points or
         not.

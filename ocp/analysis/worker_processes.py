@@ -27,7 +27,7 @@ from multiprocessing.queues import SimpleQueue
 from typing import Any, TypeVar
 
 from ocp.algorithm import solve
-from ocp.errors import BudgetSpent, Interrupted, OcpError, SolveFailed, StatementError, Unverified
+from ocp.errors import BudgetSpent, Interrupted, OcpError, SolveFailed, StatementError
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
 from ocp.problem.problem import Problem
@@ -111,10 +111,10 @@ def answered(
             if settings.verify and settings.refinement.adapts and not solution.verification.passed:
                 kind = Interrupted if solution.interrupted else BudgetSpent
                 error = kind(solution.verdict)
-        except Unverified as unverified:
-            solution = unverified.iterate if isinstance(unverified.iterate, Solution) else None
-            error = unverified
         except failures as failure:
+            # what did not pass is there to look at
+            reached = getattr(failure, "iterate", None)
+            solution = reached if isinstance(reached, Solution) else None
             error = failure
     return StartAnswer(solution, error, clock.perf_counter() - begin, interrupts.asked)
 

@@ -34,7 +34,7 @@ def test_a_step_that_leads_astray_is_followed_by_a_smaller_one(priced, monkeypat
     before = first.value(statement.price.symbol)
     steps = []
 
-    def first_fails(problem, *, settings, guess, constants, progress):
+    def first_fails(problem, *, settings, guess, constants, progress, partial):
         steps.append(constants[statement.price] / guess.value(statement.price.symbol))
         if len(steps) == 1:
             raise SolveFailed("astray", None)

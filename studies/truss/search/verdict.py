@@ -122,7 +122,7 @@ def of_trial(trial: Trial, study: TrussStudy) -> str:
     if trial.solution is None:
         return f"failed, {trial.error}"
     if trial.error is not None:
-        return f"unverified, {'; '.join(trial.solution.verification.reasons)}"
+        return f"unverified, {'; '.join(trial.solution.verification.reasons) or trial.error}"
 
     first = list(study.minimise[0])
     name, unit = (first[0], OBJECTIVES[first[0]].unit) if len(first) == 1 else ("weighted sum", "1")
