@@ -153,6 +153,10 @@ def test_known_figures_of_the_reference_set():
         np.testing.assert_allclose(getattr(smooth, name), value, rtol=0, atol=0.005)
     np.testing.assert_allclose(smooth.shear, 0, rtol=0, atol=ROUNDING)
 
-    rough = ring_forces(dataclasses.replace(truss.DYNAMIC_SET, pulley_friction=0.01), RIDGE)
+    rubbing = dataclasses.replace(truss.DYNAMIC_SET, pulley_friction=0.01)
+    rough = ring_forces(rubbing, RIDGE)
     assert rough.motor_force == pytest.approx(39.64, abs=0.005)
     assert (rough.link.min(), rough.link.max()) == pytest.approx((-134, 164), abs=0.5)
+    # the documents state what faces that bend out of their plane would carry
+    bent = ring_forces(rubbing, RIDGE, faces_bend=True)
+    assert (bent.link.min(), bent.link.max()) == pytest.approx((-34, 67), abs=0.5)
