@@ -115,16 +115,20 @@ class OneNewtonStep:
         held = np.flatnonzero(low == high)
         at = np.where(low == high, low, 0.0)
         no_multipliers = np.zeros(program.rows)
+
         upper = program.lagrangian_hessian(at, parameters, 1.0, no_multipliers).full()
         hessian = upper + np.triu(upper, 1).T
         gradient = program.objective_gradient(at, parameters)[1].full().ravel()
         rows, jacobian = (value.full() for value in program.constraint_jacobian(at, parameters))
         equations = np.vstack([jacobian, np.eye(len(at))[held]])
         wanted = np.concatenate([limits.rows[0] - rows.ravel(), 0.0 * at[held]])
+
+        # stationary, and on all equations
         none = np.zeros((len(equations), len(equations)))
         newton = np.block([[hessian, equations.T], [equations, none]])
         step = np.linalg.lstsq(newton, np.concatenate([-gradient, wanted]))[0]
         found, of_rows, of_held = np.split(step, [len(at), len(at) + program.rows])
+
         bounds = np.zeros(len(at))
         bounds[held] = of_held
         point = at + found

@@ -122,7 +122,11 @@ class Solution:
 
     @property
     def accuracy(self) -> float:
-        """What objective, dynamics, limits and replay are accurate to, relative to their sizes."""
+        """What objective, dynamics, limits and replay are accurate to, relative to their sizes.
+
+        Of a scheme that gives no estimate of a finer mesh, as the verdict then says, the objective
+        counts with its change since the mesh before, which may be far less than its error.
+        """
         return self.verification.accuracy
 
     @property

@@ -205,6 +205,7 @@ def _with_friction(
 def _concluded(plain: Mapping[str, float], lossy: Mapping[str, float]) -> list[Entry]:
     """What section VI says of the energies."""
     heat, rest = lossy["pulleys"] + lossy["joints"], 1.0 - lossy["potential"]
+
     return [
         shape(
             "VI",
