@@ -21,11 +21,10 @@ from ocp.algorithm import check_arguments
 from ocp.analysis.optima import Optimum, Trial, distinct_optima, same_value
 from ocp.analysis.worker_processes import (
     Guess,
-    StartAnswer,
     StartJob,
-    answered,
     leave_if_imported_again,
-    solved_in_processes,
+    solved_here,
+    solved_side_by_side,
 )
 from ocp.errors import Interrupted, OcpError, StatementError
 from ocp.keywords import checked_keywords
@@ -36,7 +35,7 @@ from ocp.mesh.wavy_guess import wavy_guess
 from ocp.nlp.interrupts import noted_interrupts
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
-from ocp.process_pool import processors
+from ocp.processors import processors
 from ocp.progress import Progress, shown
 from ocp.scaling.automatic import scales_of
 from ocp.settings import Settings, first_intervals
@@ -178,52 +177,31 @@ def audit(
     if workers > 1:
         leave_if_imported_again()
     limit = _Bound(bound, bound_gap)
-    until = None if seconds is None else clock.perf_counter() + _positive("seconds", seconds)
+    until = math.inf if seconds is None else clock.perf_counter() + _positive("seconds", seconds)
     search = _Starts(
         problem, settings, value, limit.number, (OcpError, *failures), until, dict(known or {})
     )
 
-    with shown(progress) as say:
-        trials, interrupted = _trials(search, named, workers, limit, enough, say, finished)
+    trials, interrupted = list[Trial](), False
+    with shown(progress) as say, closing(search.trials(named, workers, say)) as running:
+        try:
+            for trial, stopped in running:
+                trials.append(trial)
+                if say and workers > 1:
+                    say(f"{trial.name} done, {len(trials)} of {len(named)} starts")
+                if finished:
+                    finished(trial)
+
+                interrupted = interrupted or stopped
+                if interrupted:
+                    continue  # what was reached until then still comes
+                if trial.error is None and limit.is_met(trial):
+                    break
+                if enough and enough(trials):
+                    break
+        except (KeyboardInterrupt, Interrupted):
+            interrupted = True
     return _audit(problem, settings, trials, same, limit, interrupted)
-
-
-def _trials(
-    search: _Starts,
-    named: Mapping[str, StartLike],
-    workers: int,
-    limit: _Bound,
-    enough: Callable[[Sequence[Trial]], bool] | None,
-    say: Progress | None,
-    finished: Callable[[Trial], None] | None,
-) -> tuple[list[Trial], bool]:
-    """Trials of all starts until they are enough, and whether the user stopped them."""
-    running = (
-        search.side_by_side(named, workers, say) if workers > 1 else search.in_turn(named, say)
-    )
-    trials: list[Trial] = []
-    interrupted = False
-
-    try:
-        for trial, stopped in running:
-            trials.append(trial)
-            if say and workers > 1:
-                say(f"{trial.name} done, {len(trials)} of {len(named)} starts")
-            if finished:
-                finished(trial)
-
-            interrupted = interrupted or stopped
-            if interrupted:
-                continue  # what was reached until then still comes
-            if trial.error is None and limit.is_met(trial):
-                break
-            if enough and enough(trials):
-                break
-    except (KeyboardInterrupt, Interrupted):
-        interrupted = True
-    finally:
-        running.close()
-    return trials, interrupted
 
 
 def _positive(name: str, value: float) -> float:
@@ -303,7 +281,7 @@ class _Starts:
     Attributes
     ----------
     failures : errors that end a start and nothing more.
-    until : end of the budget on the clock [s].
+    until : end of the budget on the clock, infinite without one [s].
     known : trials of an earlier run, by name.
     """
 
@@ -312,68 +290,37 @@ class _Starts:
     value: Callable[[Problem, Solution], float] | None
     bound: float | None
     failures: tuple[type[Exception], ...]
-    until: float | None
+    until: float
     known: Mapping[str, Trial | Callable[[], Trial | None]]
 
-    def earlier(self, name: str) -> Trial | None:
-        """What came of a start in an earlier run."""
-        known = self.known.get(name)
-        return known() if callable(known) else known
-
-    def left(self) -> float:
-        """What is left of the budget [s]."""
-        return math.inf if self.until is None else self.until - clock.perf_counter()
-
-    def in_turn(
-        self, named: Mapping[str, StartLike], say: Progress | None
-    ) -> Generator[tuple[Trial, bool]]:
-        """Trials one after the other, each with whether the user has asked to stop."""
-        for number, (name, start) in enumerate(named.items(), start=1):
-            earlier = self.earlier(name)
-            if earlier is not None:
-                yield earlier, False
-                continue
-            left = self.left()
-            if left <= 0.0:
-                return
-            answer = answered(
-                partial(self._resolved, name, start),
-                self.settings,
-                self.bound,
-                left,
-                failures=self.failures,
-                progress=partial(_prefixed, say, _prefix(number, named, name)) if say else None,
-            )
-            # what comes too late to stop this start leaves out those after it, and after the audit
-            stopped = answer.stopped or isinstance(answer.error, Interrupted)
-            yield self._trial(name, answer), stopped
-            if stopped:
-                return
-
-    def side_by_side(
+    def trials(
         self, named: Mapping[str, StartLike], workers: int, say: Progress | None
     ) -> Generator[tuple[Trial, bool]]:
-        """Trials in the order of the starts, solved in processes of their own.
+        """Trials in the order of the starts, each with whether the user has asked to stop.
 
-        When the user asks to stop, what the processes have reached by then comes still.
+        When the user asks to stop, what has been reached by then comes still.
         """
         jobs = self._jobs(named)
-        with (
-            noted_interrupts() as interrupts,
-            closing(
-                solved_in_processes(jobs, self.bound, workers, say, lambda: interrupts.asked)
-            ) as found,
-        ):
-            for one in found:
-                trial = one if isinstance(one, Trial) else self._trial(one[0].name, one[1])
-                yield trial, interrupts.asked
+        if workers == 1:
+            for job in jobs:
+                trial, stopped = (job, False) if isinstance(job, Trial) else solved_here(job, say)
+                yield self._valued(trial), stopped
+                if stopped:
+                    return
+            return
+        with noted_interrupts() as interrupts:
+            found = solved_side_by_side(jobs, workers, say, lambda: interrupts.asked)
+            with closing(found):
+                for trial in found:
+                    yield self._valued(trial), interrupts.asked
             if interrupts.asked:  # while the last processes ended
                 raise KeyboardInterrupt
 
     def _jobs(self, named: Mapping[str, StartLike]) -> Iterator[StartJob | Trial]:
-        """What is sent to processes, or has come of a start already, each when its turn comes."""
+        """What is to be solved, or has come of a start already, each when its turn comes."""
         for number, (name, start) in enumerate(named.items(), start=1):
-            earlier = self.earlier(name)
+            known = self.known.get(name)
+            earlier = known() if callable(known) else known
             if earlier is not None:
                 yield earlier
                 continue
@@ -382,11 +329,11 @@ class _Starts:
             except self.failures as failure:
                 yield Trial(name, None, failure, math.nan, 0.0)
                 continue
-            left = self.left()
+            left = self.until - clock.perf_counter()
             if left <= 0.0:
                 return
-            prefix = _prefix(number, named, name)
-            yield StartJob(name, problem, guess, self.settings, left, prefix)
+            prefix = f"start {number} of {len(named)} ({name}): "
+            yield StartJob(name, problem, guess, self.settings, self.bound, left, prefix)
 
     def _resolved(self, name: str, start: StartLike) -> tuple[Problem, Guess]:
         """The problem and guess of a start."""
@@ -404,22 +351,14 @@ class _Starts:
             )
         return self.problem, given
 
-    def _trial(self, name: str, answer: StartAnswer) -> Trial:
-        value, solution = math.nan, answer.solution
-        if solution is not None:
-            value = solution.objective
-            if self.value is not None:
-                value = float(self.value(solution.problem, solution))
-        return Trial(name, solution, answer.error, value, answer.seconds)
-
-
-def _prefix(number: int, named: Mapping[str, StartLike], name: str) -> str:
-    """Which start a line of progress is about."""
-    return f"start {number} of {len(named)} ({name}): "
-
-
-def _prefixed(say: Progress, prefix: str, line: str) -> None:
-    say(prefix + line)
+    def _valued(self, trial: Trial) -> Trial:
+        """A trial with the value that is compared, unless it has one."""
+        solution = trial.solution
+        if solution is None or not math.isnan(trial.value):
+            return trial
+        if self.value is None:
+            return replace(trial, value=solution.objective)
+        return replace(trial, value=float(self.value(solution.problem, solution)))
 
 
 def _audit(

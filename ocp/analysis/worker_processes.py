@@ -1,8 +1,8 @@
-"""Problems solved side by side, each in a process of its own.
+"""Problems solved from their starts: here, or side by side in processes of their own.
 
-Processes are forked where that is safe, which is faster, and spawned elsewhere.  Either way one is
-sent the problem and its guess, and sends back its solution, in the form in which solutions are
-stored (`ocp.solution.storage`).  The lines of progress of all come through one queue.
+Each start has a process. It is forked where that is safe, which is faster and leaves nothing to be
+sent, and spawned elsewhere. A solution comes back in the form in which solutions are stored
+(`ocp.solution.storage`), and the lines of progress before it, through a pipe.
 """
 
 from __future__ import annotations
@@ -16,117 +16,26 @@ import threading
 import time as clock
 import warnings
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Set
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
 from multiprocessing import connection
+from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
-from multiprocessing.queues import SimpleQueue
-from typing import Any, TypeVar
+from typing import Any
 
 from ocp.algorithm import solve
+from ocp.analysis.optima import Trial
 from ocp.errors import BudgetSpent, Interrupted, OcpError, SolveFailed, StatementError
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
 from ocp.problem.problem import Problem
-from ocp.process_pool import ProcessPool
 from ocp.progress import Progress
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solution.storage import packed, unpacked
 
 Guess = Solution | Trajectory | None
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class StartAnswer:
-    """What came of a start.
-
-    Attributes
-    ----------
-    solution : Solution or None
-    error : Exception or None
-        Why the solution does not count, or why there is none.
-    seconds : float
-        That it took [s].
-    stopped : bool
-        Whether the user asked to stop meanwhile.
-    """
-
-    solution: Solution | None
-    error: Exception | None
-    seconds: float
-    stopped: bool = False
-
-
-def answered(
-    start: Callable[[], tuple[Problem, Guess]],
-    settings: Settings,
-    bound: float | None,
-    seconds: float,
-    *,
-    failures: tuple[type[Exception], ...] = (OcpError,),
-    progress: Progress | None = None,
-    asked: Callable[[], bool] | None = None,
-) -> StartAnswer:
-    """Solve from a start; where it is stopped or its seconds are over, keep what it had reached.
-
-    Parameters
-    ----------
-    start : function
-        Gives the problem and its guess.
-    settings, bound, progress : optional
-        As of `ocp.solve`.
-    seconds : float
-        That are left for it, infinite for no budget but that of the settings [s].
-    failures : tuple of exception classes
-        Errors that end the start and nothing more.
-    asked : function, optional
-        Whether another process asks this one to stop; called with each line of progress.
-    """
-    begin = clock.perf_counter()
-    problem: Problem | None = None
-    solution: Solution | None = None
-    error: Exception | None = None
-    with noted_interrupts() as interrupts:
-
-        def told(line: str) -> None:
-            if progress:
-                progress(line)
-            if asked and asked():
-                interrupts.ask()
-
-        try:
-            problem, guess = start()
-            solution = solve(
-                problem,
-                settings=_within(settings, seconds),
-                guess=guess,
-                bound=bound,
-                progress=told if progress or asked else None,
-            )
-            # what was cut short counts only if it is as accurate as asked for
-            if settings.verify and settings.refinement.adapts and not solution.verification.passed:
-                kind = Interrupted if solution.interrupted else BudgetSpent
-                error = kind(solution.verdict)
-        except failures as failure:
-            # what did not pass is there to look at
-            reached = getattr(failure, "iterate", None)
-            solution = reached if isinstance(reached, Solution) else None
-            error = failure
-    return StartAnswer(solution, error, clock.perf_counter() - begin, interrupts.asked)
-
-
-def _within(settings: Settings, seconds: float) -> Settings:
-    """The settings of a solve that may take so long, and no longer than they say."""
-    own = math.inf if settings.seconds is None else settings.seconds
-    least = min(own, seconds)
-    return settings if math.isinf(least) else replace(settings, seconds=least)
-
-
-Ready = TypeVar("Ready")
 
 # Exit code of a process that met the audit again while it imported the user's script; any number
 # that Python itself does not use
@@ -136,12 +45,12 @@ _PAUSE = 0.05  # [s] between two looks at what the processes have sent
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StartJob:
-    """A start for a process.
+    """A start that is to be solved.
 
     Attributes
     ----------
     name : str
-    problem, guess, settings
+    problem, guess, settings, bound
         As of `ocp.solve`.
     seconds : float
         That are left for it, infinite for no budget but that of the settings [s].
@@ -153,38 +62,99 @@ class StartJob:
     problem: Problem
     guess: Guess
     settings: Settings
+    bound: float | None
     seconds: float
     prefix: str
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        sent = packed(self.problem), packed(self.guess, known=self.problem)
+        return _received, (self.name, *sent, self.settings, self.bound, self.seconds, self.prefix)
 
-def solved_in_processes(
-    jobs: Iterator[StartJob | Ready],
-    bound: float | None,
+
+def _received(name: str, problem: bytes, guess: bytes, *others: Any) -> StartJob:
+    """A job in the process that it was sent to."""
+    known = unpacked(problem)
+    return StartJob(name, known, unpacked(guess, known=known), *others)
+
+
+def solved_here(
+    job: StartJob, say: Progress | None, asked: Callable[[], bool] | None = None
+) -> tuple[Trial, bool]:
+    """Solve from a start; where it is stopped or its seconds are over, keep what it had reached.
+
+    Parameters
+    ----------
+    say : function of a line of text, optional
+        Called with the lines of progress.
+    asked : function, optional
+        Whether another process asks this one to stop; called with each line of progress.
+
+    Returns
+    -------
+    trial : Trial
+        Without the value that is compared.
+    stopped : bool
+        Whether the user asked to stop meanwhile.
+    """
+    begin = clock.perf_counter()
+    solution: Solution | None = None
+    error: Exception | None = None
+    with noted_interrupts() as interrupts:
+
+        def told(line: str) -> None:
+            if say:
+                say(job.prefix + line)
+            if asked and asked():
+                interrupts.ask()
+
+        try:
+            solution = solve(
+                job.problem,
+                settings=_within(job.settings, job.seconds),
+                guess=job.guess,
+                bound=job.bound,
+                progress=told if say or asked else None,
+            )
+            # what was cut short counts only if it is as accurate as asked for
+            promised = job.settings.verify and job.settings.refinement.adapts
+            if promised and not solution.verification.passed:
+                kind = Interrupted if solution.interrupted else BudgetSpent
+                error = kind(solution.verdict)
+        except OcpError as failure:
+            # what did not pass is there to look at
+            reached = getattr(failure, "iterate", None)
+            solution = reached if isinstance(reached, Solution) else None
+            error = failure
+    stopped = interrupts.asked or isinstance(error, Interrupted)
+    return Trial(job.name, solution, error, math.nan, clock.perf_counter() - begin), stopped
+
+
+def _within(settings: Settings, seconds: float) -> Settings:
+    """The settings of a solve that may take so long, and no longer than they say."""
+    least = min(seconds, settings.seconds or math.inf)
+    return settings if math.isinf(least) else replace(settings, seconds=least)
+
+
+def solved_side_by_side(
+    jobs: Iterator[StartJob | Trial],
     workers: int,
     say: Progress | None,
     asked: Callable[[], bool],
-) -> Generator[tuple[StartJob, StartAnswer] | Ready]:
-    """Solve problems from their guesses in up to `workers` processes.
+) -> Generator[Trial]:
+    """What comes of starts, in their order, solved in up to `workers` processes at once.
 
-    A job is taken when a process is free for it.  When the user asks to stop, none is taken any
-    more: those at work are stopped, and what they had reached still comes.  At the second time the
+    A job is taken when there is room for its process. When the user asks to stop, none is taken any
+    more: those at work are stopped, and what they had reached still comes. At the second time the
     processes are ended, and only what they had sent still comes.
 
     Parameters
     ----------
     jobs : iterator
-        What it gives besides jobs comes back as it is, in its turn.
-    bound : float, optional
-        As of `ocp.solve`.
+        A trial among them comes back as it is, in its turn.
     say : function of a line of text, optional
         Called here with the lines of progress of all processes.
     asked : function
         Whether the user asks to stop.
-
-    Yields
-    ------
-    tuple of StartJob and StartAnswer
-        In the order of the jobs.
 
     Raises
     ------
@@ -196,40 +166,128 @@ def solved_in_processes(
         When the user has asked to stop again, after all that the processes had sent.
     """
     context = multiprocessing.get_context(_start_method())
-    lines: SimpleQueue[str] = context.SimpleQueue()
     stop = context.RawValue(ctypes.c_bool, False)
-    pool = ProcessPool(workers, context, _begin, (lines, stop))
-    waiting: deque[tuple[StartJob | None, Future[Any]]] = deque()
-
+    waiting: deque[_Run] = deque()
     try:
-        with pool:
-            while True:
-                # a job is taken late: what is left of the seconds is known then
-                while (
-                    not asked() and len(_at_work(waiting)) < workers and (job := next(jobs, None))
-                ):
-                    waiting.append(_begun(pool, job, bound, tells=say is not None))
-                if not waiting:
-                    break
+        while True:
+            # a job is taken late: what is left of the seconds is known then
+            at_work = [run for run in waiting if run.trial is None]
+            if not asked() and len(at_work) < workers and (job := next(jobs, None)):
+                waiting.append(_begun(context, job, stop, tells=say is not None))
+                continue
+            if not waiting:
+                return
 
-                # never for long, so that the user sees lines and may ask to stop
-                if not waiting[0][1].done():
-                    wait(_at_work(waiting), timeout=_PAUSE, return_when=FIRST_COMPLETED)
-                    stop.value = asked()
-                _tell(lines, say)
-
-                # in the order of the jobs: one that is done waits for those before it
-                while waiting and waiting[0][1].done():
-                    yield _received_answer(*waiting.popleft())
-    except BrokenProcessPool as broken:
-        raise _ended_early(pool.exit_codes()) from broken
+            # never for long, so that the user sees lines and may ask to stop
+            stop.value = asked()
+            ready = connection.wait([run.pipe for run in at_work], _PAUSE) if at_work else []
+            for run in at_work:
+                if run.pipe in ready:
+                    run.receive(say)
+            while waiting and (trial := waiting[0].trial) is not None:
+                waiting.popleft()
+                yield trial
     except KeyboardInterrupt:
-        for job, answer in waiting:
-            if answer.done() and answer.exception() is None:
-                yield _received_answer(job, answer)
+        yield from (run.trial for run in waiting if run.trial is not None)
         raise
     finally:
-        lines.close()
+        for run in waiting:
+            run.end()
+
+
+@dataclass(eq=False)
+class _Run:
+    """A start in a process of its own; without one it has come already.
+
+    Attributes
+    ----------
+    pipe : what the process sends.
+    trial : what came of it, None as long as it is at work.
+    """
+
+    job: StartJob | None = None
+    process: BaseProcess | None = None
+    pipe: Any = None
+    trial: Trial | None = None
+
+    def receive(self, say: Progress | None) -> None:
+        """Take one message of the process: a line of progress, the answer, or an error."""
+        assert self.job is not None
+        assert self.process is not None
+        try:
+            message = self.pipe.recv()
+        except EOFError:
+            self.process.join()
+            raise _ended_early(self.process.exitcode) from None
+        if isinstance(message, Exception):
+            raise message
+        if not isinstance(message, str):
+            data, error, seconds = message
+            solution = None if data is None else unpacked(data, known=self.job.problem)
+            self.trial = Trial(self.job.name, solution, error, math.nan, seconds)
+            self.end()
+        elif say:
+            say(message)
+
+    def end(self) -> None:
+        """End the process, whatever it is at."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.join()
+            self.pipe.close()
+
+
+def _begun(context: BaseContext, job: StartJob | Trial, stop: Any, *, tells: bool) -> _Run:
+    """The run of a job, whose process has started."""
+    if isinstance(job, Trial):
+        return _Run(trial=job)
+    ours, theirs = context.Pipe(duplex=False)
+    make: Any = context
+    process = make.Process(target=_run, args=(job, theirs, stop, tells), daemon=True)
+    with _interrupts_wait(), warnings.catch_warnings():
+        # Python 3.12 and later warn of threads around a fork; those of linear algebra idle
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process.start()
+    theirs.close()
+    return _Run(job, process, ours)
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Let Ctrl-C wait meanwhile, and for ever in a process that starts: it is for this one alone.
+
+    A process begins with the signals that its parent lets wait.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield  # Windows has none
+        return
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, former)
+
+
+def _run(job: StartJob, pipe: Any, stop: Any, tells: bool) -> None:
+    """Solve a job in this process and send what comes of it, the error without its iterate."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it cannot wait (Windows)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # that of the parent would raise an error
+    threading.Thread(target=_end_after_parent, daemon=True).start()
+    try:
+        trial, _ = solved_here(job, pipe.send if tells else None, lambda: bool(stop.value))
+        error = trial.error and type(trial.error)(str(trial.error))
+        data = None if trial.solution is None else packed(trial.solution, known=job.problem)
+        pipe.send((data, error, trial.seconds))
+    except Exception as error:  # one of the program's own: it belongs to who called the audit
+        pipe.send(error)
+
+
+def _end_after_parent() -> None:
+    """End this process as soon as its parent has ended: nobody waits for it any more."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    connection.wait([parent.sentinel])
+    os._exit(1)
 
 
 def leave_if_imported_again() -> None:
@@ -249,16 +307,15 @@ def _start_method() -> str:
     it can fork: its system libraries do not always survive a fork.
     """
     chosen = multiprocessing.get_start_method(allow_none=True)
-    if chosen:
-        return "fork" if chosen == "fork" else "spawn"
     methods = multiprocessing.get_all_start_methods()
-    return "fork" if "fork" in methods and methods[0] != "spawn" else "spawn"
+    forks = chosen == "fork" if chosen else "fork" in methods and methods[0] != "spawn"
+    return "fork" if forks else "spawn"
 
 
-def _ended_early(exit_codes: Set[int]) -> OcpError:
-    """What to say when processes ended before they sent their solutions."""
+def _ended_early(exit_code: int | None) -> OcpError:
+    """What to say when a process ended before it sent its solution."""
     # 1 is what Python itself ends with where the script cannot be imported a second time
-    if exit_codes & {_UNGUARDED, 1}:
+    if exit_code in (_UNGUARDED, 1):
         return StatementError(
             "the processes of the audit import the script that starts it, and would run it once "
             "more; put what it runs below if __name__ == '__main__': or write "
@@ -268,119 +325,3 @@ def _ended_early(exit_codes: Set[int]) -> OcpError:
         "a process of the audit ended without an answer, as when memory runs out; with "
         "audit(..., processes=1) the starts are solved one after the other"
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Ties:
-    """What ties a process to the one that waits for its answers.
-
-    Attributes
-    ----------
-    lines : of progress.
-    stop : a number in memory of both, other than zero when the user asks to stop.
-    """
-
-    lines: SimpleQueue[str]
-    stop: Any
-
-
-_ties: _Ties | None = None  # of this process
-
-
-def _begin(lines: SimpleQueue[str], stop: Any) -> None:
-    """Begin a process of the pool; run there."""
-    global _ties
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where a pool cannot have it wait (Windows)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
-    _ties = _Ties(lines, stop)
-
-
-def _end_after(parent: BaseProcess) -> None:
-    """End this process as soon as its parent has ended: nobody waits for it any more."""
-    connection.wait([parent.sentinel])
-    os._exit(1)
-
-
-def _begun(
-    pool: ProcessPool, job: Any, bound: float | None, *, tells: bool
-) -> tuple[StartJob | None, Future[Any]]:
-    """A job that was handed to the processes, or what is none and has come already."""
-    if not isinstance(job, StartJob):
-        ready: Future[Any] = Future()
-        ready.set_result(job)
-        return None, ready
-    sent = packed(job.problem), packed(job.guess, known=job.problem)
-    prefix = job.prefix if tells else None
-    call = _solved_here, (*sent, job.settings, bound, job.seconds, prefix)
-    with warnings.catch_warnings():
-        # Python 3.12 and later warn of threads around a fork; those of linear algebra idle
-        warnings.simplefilter("ignore", DeprecationWarning)
-        (future,) = pool.submit([call])
-    return job, future
-
-
-def _at_work(waiting: deque[tuple[StartJob | None, Future[Any]]]) -> list[Future[Any]]:
-    """Those that are not done."""
-    return [future for _, future in waiting if not future.done()]
-
-
-def _tell(lines: SimpleQueue[str], say: Progress | None) -> None:
-    """Hand on the lines of progress that have come."""
-    while not lines.empty():
-        line = lines.get()
-        if say:
-            say(line)
-
-
-def _received_answer(job: StartJob | None, future: Future[Any]) -> Any:
-    """A job with its answer, or what was none."""
-    if job is None:
-        return future.result()
-    data, error, seconds, stopped = future.result()
-    solution = None if data is None else unpacked(data, known=job.problem)
-    return job, StartAnswer(solution, error, seconds, stopped)
-
-
-@lru_cache(maxsize=8)
-def _received(problem: bytes) -> Problem:
-    """The problem of several starts in a row, built once in a process."""
-    received = unpacked(problem)
-    assert isinstance(received, Problem)
-    return received
-
-
-def _solved_here(
-    statement: bytes,
-    guess: bytes,
-    settings: Settings,
-    bound: float | None,
-    seconds: float,
-    prefix: str | None,
-) -> tuple[bytes | None, Exception | None, float, bool]:
-    """Run in the other process: a solution for the way back, or the error without its iterate."""
-    ties = _ties
-    assert ties is not None
-
-    def start() -> tuple[Problem, Guess]:
-        problem = _received(statement)
-        return problem, unpacked(guess, known=problem)
-
-    answer = answered(
-        start,
-        settings,
-        bound,
-        seconds,
-        progress=None if prefix is None else partial(_send, ties.lines, prefix),
-        asked=lambda: bool(ties.stop.value),
-    )
-    error = answer.error and type(answer.error)(str(answer.error))
-    data = None
-    if answer.solution is not None:
-        data = packed(answer.solution, known=_received(statement))
-    return data, error, answer.seconds, answer.stopped
-
-
-def _send(lines: SimpleQueue[str], prefix: str, line: str) -> None:
-    lines.put(prefix + line)

@@ -129,7 +129,7 @@ def read_study(options: argparse.Namespace) -> SweepStudy:
 
 def _limits(options: argparse.Namespace) -> tuple[float | None, int]:
     """Seconds of a case, and cases at a time."""
-    from ocp.process_pool import processors
+    from ocp.processors import processors
     from studies.common.configuration import as_number, positive, whole
 
     seconds, workers = None, processors()

@@ -22,10 +22,11 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-from ocp.process_pool import ProcessPool, processors
+from ocp.processors import processors
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.processes.child import LIVE, MOST_PROCESSES, Lines, done_here, prepare
+from studies.common.processes.pool import ProcessPool
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -15,13 +14,6 @@ from types import TracebackType
 from typing import Any
 
 Call = tuple[Callable[..., Any], Sequence[Any]]  # a function and its arguments
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class ProcessPool:
@@ -48,9 +40,6 @@ class ProcessPool:
         arguments: Sequence[Any] = (),
     ) -> None:
         self._others = set(multiprocessing.active_children())
-        self._forks = context.get_start_method() == "fork"
-        if self._forks:
-            initializer, arguments = _begin_forked, (initializer, arguments)
         self._executor = ProcessPoolExecutor(workers, context, initializer, tuple(arguments))
         self._processes: set[BaseProcess] = set()
 
@@ -58,7 +47,7 @@ class ProcessPool:
         """Have functions called with their arguments; it starts the processes."""
         futures = []
         for function, given in calls:
-            with _signals_wait(of_forked=self._forks):
+            with _interrupts_wait():
                 futures.append(self._executor.submit(function, *given))
             self._processes |= self._started()  # now, as one may die before the next call
         return futures
@@ -88,8 +77,8 @@ class ProcessPool:
 
 
 @contextmanager
-def _signals_wait(*, of_forked: bool) -> Iterator[None]:
-    """Let signals wait meanwhile, and those that are for this process alone in all that it starts.
+def _interrupts_wait() -> Iterator[None]:
+    """Let Ctrl-C wait meanwhile, and for ever in all that starts: it is for this process alone.
 
     A process begins with the signals that its parent lets wait. No code of its own is needed, so
     that it may load its libraries later.
@@ -97,17 +86,8 @@ def _signals_wait(*, of_forked: bool) -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield  # Windows has none
         return
-    waiting = {signal.SIGINT, signal.SIGTERM} if of_forked else {signal.SIGINT}
-    former = signal.pthread_sigmask(signal.SIG_BLOCK, waiting)
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, former)
-
-
-def _begin_forked(initializer: Callable[..., object] | None, arguments: Sequence[Any]) -> None:
-    """Begin a forked process, which has the handlers of its parent: they would raise an error."""
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
-    if initializer is not None:
-        initializer(*arguments)
