@@ -10,22 +10,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from ocp.algorithm import first_mesh, solve, solve_from, told_of
 from ocp.arrays import Array
-from ocp.errors import BudgetSpent, FamilyStopped, Interrupted, SolveFailed, StatementError
+from ocp.errors import FamilyStopped, Interrupted, SolveFailed, StatementError
 from ocp.estimates.motion_errors import MotionErrors
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.nlp.solver import NlpResult, StartingPoint
+from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.problem.checks_before_solve import check_before_solve
-from ocp.problem.parameters import Parameters, parameters_of
+from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
@@ -53,11 +53,11 @@ _MERGED = 5e-4
 # by a half: what takes more is far from its neighbour.
 _RENEWALS = 4
 
-# How a mesh that was merged is refined again
-_MOVING = MovingMesh(5)
-
 # Of the states' sizes: what is off by more between its points is no motion of the problem
 _NO_MOTION = 1e-3
+
+# How a mesh that was merged is refined again
+_MOVING = MovingMesh(5)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,37 +75,18 @@ class Member:
     alone : bool
         Whether it was refined on a mesh of its own: the first one, and any to which the mesh of the
         one before did not lead.
-    program : Transcription
-        Its nonlinear program, which neighbours share.
-    parameters : Parameters
-        Values of the constants.
-    answer : NlpResult or Iterate
-        What was found: unknowns and multipliers.
+    iterate : Iterate
+        The point of its nonlinear program, which neighbours share.
     """
 
     value: float
     objective: float
     iterations: int
     alone: bool
-    program: Transcription = field(repr=False)
-    parameters: Parameters = field(repr=False)
-    answer: NlpResult | Iterate = field(repr=False)
+    iterate: Iterate = field(repr=False)
 
     def __repr__(self) -> str:
         return f"Member({self.value:.6g}: objective {self.objective:.8g})"
-
-    @cached_property
-    def iterate(self) -> Iterate:
-        """The point of the nonlinear program, made when it is asked for."""
-        if isinstance(self.answer, Iterate):
-            return self.answer
-        trajectory = trajectory_of(self.program, self.answer.x, self.parameters)
-        return iterate_of(self.program, self.answer, trajectory)
-
-    @property
-    def start(self) -> StartingPoint:
-        """Where a neighbour starts on the same mesh."""
-        return StartingPoint.at(self.answer)
 
     @property
     def trajectory(self) -> Trajectory:
@@ -174,9 +155,14 @@ class Family:
         """
         member = self.members[number]
         settings = replace(self.settings, refinement=KeptWhileGood(self.settings.refinement))
+        parameters = member.iterate.parameters
         with shown(progress) as say:
             meshes = MeshSolver.of(
-                self.form.problem, settings, member.parameters, say, evaluator=self.evaluator
+                self.form.problem,
+                settings,
+                parameters,
+                say,
+                evaluator=self.evaluator,
             )
             return solve_from(self.form, meshes, member.iterate, member.iterate.mesh)
 
@@ -317,66 +303,57 @@ class _Walk:
         base = MeshSolver.of(form.problem, settings, parameters, progress, evaluator=evaluator)
         return cls(constant, others, form, base)
 
+    @property
+    def breakpoints_move(self) -> bool:
+        """Whether they do. They would pass over a jump of an expression, and gain by that."""
+        return self.base.settings.refinement.adapts and not self.base.problem.discontinuities
+
     def first(self, solution: Solution) -> Member:
         """The first member, on the mesh that the others follow."""
-        return self._followable(solution.kept_iterate, self.base.parameters, solution.iterations)
+        return self._followable(self.base, solution.kept_iterate, solution.iterations)
 
     def next(self, last: Member, value: float) -> Member:
         """The member after another one."""
-        base = self.base
         parameters = self.form.parameters({**self.others, self.constant: value})
-        check_before_solve(base.problem, parameters)
-        meshes = base.at(parameters)
-        if base.settings.refinement.adapts and base.problem.is_discontinuous:
+        check_before_solve(self.base.problem, parameters)
+        meshes = self.base.at(parameters)
+        if self.base.settings.refinement.adapts and not self.breakpoints_move:
             return self._alone(meshes, last.trajectory, self._first_mesh())
-        found = self._solved(meshes, last.program, last.start)
-        iterations = found.iterations if found else 0
 
+        start, program, iterations = last.iterate, last.iterate.transcription, 0
         for _ in range(_RENEWALS):
+            found = self._solved(meshes, program, start)
             if found is None:
                 break
+            iterations += found.iterations
             if found.alone or not self._held_back(found):
-                if base.settings.refinement.adapts and not found.alone and self._loses(found):
+                if not found.alone and self._is_no_motion(found.iterate):
                     return self._alone(meshes, found.trajectory, self._first_mesh())
                 return replace(found, iterations=iterations)
             # the limits of all widths are set again, from where the breakpoints are
-            mesh = moving_mesh(found.iterate, base.evaluator, _MERGED)
-            program = meshes.first_program(found.iterate, mesh)
-            found = self._solved(meshes, program, found.iterate)
-            iterations += found.iterations if found else 0
-        return self._beside(last, meshes)
+            start = found.iterate
+            mesh = moving_mesh(start, self.base.evaluator, _MERGED)
+            program = meshes.first_program(start, mesh)
+        return self._alone(meshes, last.trajectory, last.iterate.mesh)
 
-    def _solved(
-        self, meshes: MeshSolver, program: Transcription, start: StartingPoint | Iterate
-    ) -> Member | None:
+    def _solved(self, meshes: MeshSolver, program: Transcription, start: Iterate) -> Member | None:
         """The member on a mesh, from a neighbour; None where there is none."""
         result = meshes.solve(program, start, meshes.settings.solver)
+        motion = trajectory_of(program, result.x, meshes.parameters)
         if result.outcome == "interrupted":
-            motion = trajectory_of(program, result.x, meshes.parameters)
-            raise self.interrupted(meshes.parameters.values[self.constant.name], motion)
+            raise self.interrupted(self._value(meshes), motion)
         if result.outcome != "solved":
             return None
 
-        iterations = result.iterations
-        point = StartingPoint.at(result)
-        if not result.seems_least and may_be_saddle(meshes, program, point):
+        iterate = iterate_of(program, result, motion)
+        if not result.seems_least and may_be_saddle(meshes, program, StartingPoint.at(result)):
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
             rounds = [record_of(program.mesh, result, None)]
-            motion = trajectory_of(program, result.x, meshes.parameters)
-            iterate = iterate_of(program, result, motion)
             below = lower_motion(meshes, iterate, rounds)
             if below is not None:
                 return self._alone(meshes, below, below.mesh, rounds)
-            iterations = iterations_of(rounds)
-        return Member(
-            value=meshes.parameters.values[self.constant.name],
-            objective=meshes.problem.sense * result.objective * program.scales.objective,
-            iterations=iterations,
-            alone=False,
-            program=program,
-            parameters=meshes.parameters,
-            answer=result,
-        )
+            return self._member(meshes, iterate, iterations_of(rounds))
+        return self._member(meshes, iterate, result.iterations)
 
     def _alone(
         self,
@@ -387,57 +364,39 @@ class _Walk:
     ) -> Member:
         """A member refined on a mesh of its own, from a motion nearby as far as it leads."""
         found = refine(meshes, start, mesh, meshes.settings.accuracy, rounds)
-        iterate, iterations = found.best.iterate, iterations_of(found.rounds)
-        return self._followable(iterate, meshes.parameters, iterations)
+        return self._followable(meshes, found.best.iterate, iterations_of(found.rounds))
 
-    def _beside(self, last: Member, meshes: MeshSolver) -> Member:
-        """A member to which the breakpoints of another one did not move.
+    def _followable(self, meshes: MeshSolver, iterate: Iterate, iterations: int) -> Member:
+        """A refined motion on few intervals that move, where these may move and that is found.
 
-        It is refined from these, and from a fresh mesh if they leave it no motion.
+        It holds to the tolerances that were asked for.
         """
-        try:
-            return self._alone(meshes, last.trajectory, last.iterate.mesh)
-        except SolveFailed as error:
-            if isinstance(error, BudgetSpent) or not meshes.settings.refinement.adapts:
-                raise
-            return self._alone(meshes, last.trajectory, self._first_mesh())
-
-    def _followable(self, iterate: Iterate, parameters: Parameters, iterations: int) -> Member:
-        """A refined motion on few intervals that move, where the mesh may change and that is found.
-
-        It holds to the tolerances that were asked for. Points that move would pass over a jump of
-        an expression, and gain by what lies between them.
-        """
-        settings = self.base.settings
-        if settings.refinement.adapts:
-            meshes = self.base.at(parameters)
-            try:
-                if meshes.problem.is_discontinuous:
-                    found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
-                else:
-                    moving = replace(meshes, settings=replace(settings, refinement=_MOVING))
-                    mesh = movable_mesh(iterate, meshes.evaluator, _MERGED)
-                    found = refine(moving, iterate, mesh, settings.accuracy)
-                    # and they pass over what is narrow
-                    if found.best.errors.dynamics > _NO_MOTION:
-                        found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
-            except SolveFailed:
+        settings = meshes.settings
+        if self.breakpoints_move:
+            moving = replace(meshes, settings=replace(settings, refinement=_MOVING))
+            mesh = movable_mesh(iterate, meshes.evaluator, _MERGED)
+            found = None
+            with suppress(SolveFailed):
+                found = refine(moving, iterate, mesh, settings.accuracy)
+            if found is None or found.best.errors.dynamics > _NO_MOTION:
                 found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
             iterate, iterations = found.best.iterate, iterations + iterations_of(found.rounds)
-        return Member(
-            value=parameters.values[self.constant.name],
-            objective=iterate.objective,
-            iterations=iterations,
-            alone=True,
-            program=iterate.transcription,
-            parameters=parameters,
-            answer=iterate,
-        )
+        return replace(self._member(meshes, iterate, iterations), alone=True)
 
-    def _loses(self, found: Member) -> bool:
-        """Whether the points of a neighbour's mesh miss something that is narrow."""
-        trajectory, evaluator = found.iterate.trajectory, self.base.evaluator
-        errors = MotionErrors(found.program, trajectory, evaluator, found.parameters)
+    def _member(self, meshes: MeshSolver, iterate: Iterate, iterations: int) -> Member:
+        """The member of a motion on the mesh of its neighbour."""
+        return Member(self._value(meshes), iterate.objective, iterations, False, iterate)
+
+    def _value(self, meshes: MeshSolver) -> float:
+        """Of the constant."""
+        return meshes.parameters.values[self.constant.name]
+
+    def _is_no_motion(self, iterate: Iterate) -> bool:
+        """Whether the dynamics are far off between the points of a mesh that may change."""
+        if not self.base.settings.refinement.adapts:
+            return False
+        evaluator, parameters = self.base.evaluator, iterate.parameters
+        errors = MotionErrors(iterate.transcription, iterate.trajectory, evaluator, parameters)
         return errors.worst_dynamics > _NO_MOTION
 
     def _first_mesh(self) -> Mesh:
@@ -446,14 +405,13 @@ class _Walk:
 
     def _held_back(self, member: Member) -> bool:
         """Whether breakpoints that all move would move further than their mesh lets them."""
-        phases = member.program.mesh.phases
-        free = all(len(phase.movable) == phase.intervals - 1 for phase in phases)
-        settings, iterate = self.base.settings, member.answer
-        if not (settings.refinement.adapts and free):
+        iterate = member.iterate
+        free = all(len(phase.movable) == phase.intervals - 1 for phase in iterate.mesh.phases)
+        if not (self.breakpoints_move and free):
             return False
-        price = price_of_widths(member.program, iterate.row_multipliers)
-        size = abs(member.objective) / member.program.scales.objective
-        return price > settings.accuracy.objective * size
+        price = price_of_widths(iterate.transcription, iterate.row_multipliers)
+        size = abs(iterate.objective) / iterate.scales.objective
+        return price > self.base.settings.accuracy.objective * size
 
     def interrupted(self, value: float, motion: Trajectory) -> Interrupted:
         """The error of a walk that the user stopped on the way to a value."""

@@ -83,8 +83,6 @@ class Tolerances:
     complementary : float
         Product of an inequality's multiplier and the distance to its limit. The solver accepts
         1e-8.
-    shown : float
-        Difference of the multipliers that the solution shows from those of the program: rounding.
     within : float
         Range of the Hamiltonian between two changes of the active set, where costates are as exact
         as the slope of the Lagrangian. Not where a path constraint acts: there `gain` counts.
@@ -108,9 +106,6 @@ class Tolerances:
     steps : float
         Jump of a rate, integrand or constraint whose time depends on the motion, relative to its
         largest value: what is left where two branches are meant to be one function.
-    peak : float
-        Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
-        Lagrangian by the peak.
 
     Raises
     ------
@@ -125,7 +120,6 @@ class Tolerances:
     feasible: float = 1e-8
     stationary: float = 1e-5
     complementary: float = 1e-6
-    shown: float = 1e-9
     hamiltonian: float = 5e-3
     slope: float = 1e-3
     within: float = 1e-5
@@ -133,7 +127,6 @@ class Tolerances:
     changes: float = 0.5
     gain: float = CERTIFIED_GAIN
     steps: float = 1e-6
-    peak: float = 1e-5
 
     def __post_init__(self) -> None:
         for entry in fields(self):

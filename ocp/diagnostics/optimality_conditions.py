@@ -9,21 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import casadi as ca
-import numpy as np
 
 from ocp.diagnostics.diagnostic import Evidence, Finding, Tolerances
 from ocp.diagnostics.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.estimates.other_controls.promise import other_controls, others_remark, promised_by
 from ocp.estimates.promised_gain import promised_gain
-from ocp.estimates.switch_detection import control_jumps
 from ocp.optimality.active_set import ACTING, strongest_multipliers
-from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier
 from ocp.problem.functionals import BoundaryValue, End, PhaseTime
 from ocp.problem.symbols import TIME, Between
-
-# Fraction of a phase within which a jump is on a breakpoint
-_ON_BREAKPOINT = 1e-9
 
 
 def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
@@ -36,7 +30,7 @@ def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
     for index, costates in enumerate(answer.multipliers.costates):
         principle = minimum_principle(iterate, answer.evaluator, costates, index, acting[index])
         yield from _between_changes(principle, allowed)
-        yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
+        yield from _on_the_whole(principle, allowed)
         yield from _end_values(answer, principle, index, allowed)
         if informative and principle.acting.any():
             yield Finding(
@@ -106,17 +100,14 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
         )
 
 
-def _on_the_whole(
-    principle: MinimumPrinciple, remark: str, allowed: Tolerances
-) -> Iterator[Finding]:
+def _on_the_whole(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Finding]:
     """What holds in the mean over the phase, changes of the active set included."""
     if principle.autonomous:
         yield Finding(
             f"Hamiltonian of '{principle.name}'",
             principle.drift,
             allowed.hamiltonian,
-            f"time does not enter, so it is constant: {principle.mean:.8g} with this mean drift"
-            + remark,
+            f"time does not enter, so it is constant: {principle.mean:.8g} with this mean drift",
         )
     if principle.slopes.size:
         yield Finding(
@@ -126,26 +117,6 @@ def _on_the_whole(
             "the interval means, projected on the controls' bounds, relative to their terms: mean "
             "over time",
         )
-
-
-def _undetermined_jumps(iterate: Iterate, index: int) -> str:
-    """Where the multipliers of a right answer may not be unique, in words."""
-    phase = iterate.trajectory.phases[index]
-    fixed = np.delete(phase.fractions, list(iterate.mesh.phases[index].movable))
-    places = {jump.at for jump in control_jumps(phase, iterate.scales.signals)}
-
-    # with a movable breakpoint on it the place of the jump is optimal, and the multipliers unique
-    times = [
-        f"{phase.start + place * (phase.end - phase.start):.6g} s"
-        for place in sorted(places)
-        if np.abs(fixed - place).min() < _ON_BREAKPOINT
-    ]
-    if not times:
-        return ""
-    return (
-        f"; a control jumps on a breakpoint that does not move ({', '.join(times)}), where the "
-        "multipliers need not be unique: solve again with another number of intervals, and compare"
-    )
 
 
 def _end_values(

@@ -1,8 +1,7 @@
 """The conditions of a certificate on the nonlinear program: that a point is its optimum.
 
-They are those of first order by Karush, Kuhn and Tucker, among them that the multipliers of a
-peak's rows make up its weight. What is stationary and no minimum, a second solve leaves
-(`ocp.diagnostics.second_solve`).
+They are those of first order by Karush, Kuhn and Tucker. What is stationary and no minimum, a
+second solve leaves (`ocp.diagnostics.second_solve`).
 """
 
 from __future__ import annotations
@@ -13,20 +12,14 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.diagnostics.diagnostic import Evidence, Finding, Tolerances
+from ocp.diagnostics.diagnostic import Evidence, Finding
 from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
-from ocp.optimality.multipliers import Multipliers
-from ocp.optimality.multipliers import multipliers as recovered
 
 # Part of its terms that is left of a sum where they cancel, from rounding alone. Where two limits
 # ask for the same, as a dry mass and a thrust of zero do, multipliers are not unique and may be
 # millions.
 _ROUNDING = 1e-13
-
-# Against a division by zero: multipliers of zero, and a peak that nothing depends on
-_LEAST_SIZE = 1e-300
-_LEAST_WEIGHT = 1e-12
 
 
 def program_conditions(answer: Evidence) -> Iterator[Finding]:
@@ -69,15 +62,6 @@ def program_conditions(answer: Evidence) -> Iterator[Finding]:
         allowed.complementary,
         "the largest product of an inequality's multiplier and the distance to its limit",
     )
-    # stationarity says nothing of what is shown unless it is the same
-    yield Finding(
-        "costates",
-        _shown_difference(answer.multipliers, recovered(iterate)),
-        allowed.shown,
-        "costates and other multipliers, as they are shown, differ from those of the program's "
-        "rows by this part",
-    )
-    yield from _peak_conditions(answer, allowed)
 
 
 def _effect_of_residuals(iterate: Iterate, multipliers: Array) -> float:
@@ -91,28 +75,6 @@ def _effect_of_residuals(iterate: Iterate, multipliers: Array) -> float:
     beyond = values - np.clip(values, lower, upper)
     effect = abs(float(multipliers @ beyond)) * iterate.scales.objective
     return effect / iterate.objective_size
-
-
-def _shown_difference(shown: Multipliers, program: Multipliers) -> float:
-    """Largest difference between two sets of multipliers, relative; inf if they do not fit."""
-    ours, theirs = (list(_numbers(one)) for one in (shown, program))
-    if [values.shape for values in ours] != [values.shape for values in theirs]:
-        return np.inf
-    differences = [
-        np.abs(a - b).max(initial=0.0) / max(np.abs(b).max(initial=0.0), _LEAST_SIZE)
-        for a, b in zip(ours, theirs, strict=True)
-    ]
-    return float(max(differences, default=0.0))
-
-
-def _numbers(multipliers: Multipliers) -> Iterator[Array]:
-    """All numbers of multipliers: the costates of a phase, those of a path constraint, the rest."""
-    for costates in multipliers.costates:
-        for piece in costates.polynomial.pieces:
-            yield piece.coefficients
-    for path in multipliers.paths:
-        yield path.masses
-    yield np.array(list(multipliers.boundary.values()))
 
 
 def _lagrangian_slope(iterate: Iterate, multipliers: Array) -> Array:
@@ -130,27 +92,3 @@ def _lagrangian_slope(iterate: Iterate, multipliers: Array) -> Array:
 
 def _vector(values: ca.DM) -> Array:
     return np.array(values).ravel()
-
-
-def _peak_conditions(answer: Evidence, allowed: Tolerances) -> Iterator[Finding]:
-    """Multipliers of a peak's rows: not negative, and together the weight of the peak."""
-    iterate = answer.iterate
-    transcription = iterate.transcription
-    for peak, column in transcription.columns.peaks.items():
-        scaled = [
-            iterate.row_multipliers[path.rows]
-            for path in transcription.rows.path
-            if transcription.constraints[path.phase][path.constraint].peak is peak
-        ]
-
-        # the peak's own bound takes its share: a peak of an absolute value is not negative
-        factor = iterate.scales.objective / iterate.scales.functionals[peak]
-        masses = np.concatenate(scaled) * factor
-        weight = answer.slope(peak) + answer.bound_multiplier(column)
-        size = max(abs(weight), np.abs(masses).max(), _LEAST_WEIGHT)
-        yield Finding(
-            f"multipliers of peak '{peak.name}'",
-            max(abs(masses.sum() - weight), -masses.min()) / size,
-            allowed.peak,
-            f"none is negative, their sum is its weight of {weight:.8g}",
-        )

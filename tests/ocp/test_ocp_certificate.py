@@ -22,7 +22,6 @@ from ocp import (
     Settings,
     State,
     Trapezoid,
-    Unknown,
     certify,
     joined,
     peak,
@@ -317,21 +316,9 @@ def test_spoiled_multipliers_and_objectives_fail():
     iterate = found.kept_iterate
     rows = iterate.row_multipliers * np.where(np.arange(iterate.row_multipliers.size) % 2, 1.0, 1.1)
     spoilt = dataclasses.replace(iterate, row_multipliers=rows)
-    assert {"stationarity", "multipliers of peak 'thrust'"} <= failed(
-        dataclasses.replace(found, iterate=spoilt)
-    )
+    assert "stationarity" in failed(dataclasses.replace(found, iterate=spoilt))
     spoilt = dataclasses.replace(found, objective=found.objective * 0.99)
     assert failed(spoilt) == {"objective"}
-
-
-def test_costates_that_are_not_those_of_the_program_fail():
-    # without a control nothing else tells the sign of a costate
-    x, p = State("x", "m"), Unknown("p", "1/s", lower=0, upper=5, guess=1)
-    phase = Phase("decay", {x: -p * x}, {x: 1}, {}, end=1.0)
-    problem = Problem("decay", [phase], minimise=phase.at_end(x) + 0.1 * p**2)
-    found = solve(problem, settings=Settings(intervals=20, refinement=FixedMesh()))
-    assert certify(found).passed
-    assert "costates" in failed(with_costates(found, lambda values: -values))
 
 
 def test_an_iterate_that_is_not_the_best_fails():

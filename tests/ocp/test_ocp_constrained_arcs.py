@@ -154,9 +154,7 @@ def test_negated_multipliers_of_a_ridden_peak_fail():
     for path in iterate.transcription.rows.path:
         rows[path.rows] *= -1.0
     spoilt = dataclasses.replace(iterate, row_multipliers=rows)
-    assert {"stationarity", "multipliers of peak 'force'"} <= failed(
-        dataclasses.replace(found, iterate=spoilt)
-    )
+    assert {"stationarity", "complementarity"} <= failed(dataclasses.replace(found, iterate=spoilt))
 
 
 def test_costates_that_are_off_along_a_ridden_peak_fail():

@@ -17,7 +17,6 @@ from ocp import (
     Family,
     FamilyStopped,
     FixedMesh,
-    Infeasible,
     Interrupted,
     Ipopt,
     Phase,
@@ -29,7 +28,6 @@ from ocp import (
     solve,
 )
 from ocp.refinement.policies.moving_mesh import KeptWhileGood
-from ocp.refinement.refine import refine
 from tests.ocp.drive_and_brake import STRONGEST, least_time, race
 
 FEW = Settings(intervals=8)
@@ -42,7 +40,7 @@ def test_members_follow_their_switch_on_one_mesh_and_few_meshes_are_made() -> No
     # the tolerance of a solve with default settings, which the members need not be refined for
     assert found.objectives == pytest.approx([least_time(value) for value in values], rel=1e-5)
     assert not any(member.alone for member in found.members[1:])
-    assert len({id(member.program) for member in found.members}) <= 5
+    assert len({id(member.iterate.transcription) for member in found.members}) <= 5
 
     # the switch lies where the speed is highest
     motion = found.members[-1].trajectory.phases[0]
@@ -67,7 +65,7 @@ def test_a_member_refined_and_verified_is_what_a_solve_finds() -> None:
 def test_a_mesh_that_stays_is_everybodys() -> None:
     fixed = dataclasses.replace(FEW, refinement=FixedMesh())
     found = family(race(), STRONGEST, [1.0, 1.02, 1.04], settings=fixed)
-    assert len({id(member.program) for member in found.members}) == 1
+    assert len({id(member.iterate.transcription) for member in found.members}) == 1
     # the switch of the second lies within an interval of eight
     assert found.objectives == pytest.approx([least_time(v) for v in found.values], rel=1e-2)
 
@@ -85,31 +83,6 @@ def test_a_member_that_is_not_found_is_named_and_those_before_it_are_kept() -> N
     kept = caught.value.family
     assert isinstance(kept, Family)
     assert kept.solution(1).objective == pytest.approx(least_time(1.01), rel=1e-6)
-
-
-def test_a_member_that_fails_on_the_mesh_of_its_neighbour_has_a_fresh_one(monkeypatch) -> None:
-    """By rounding alone, breakpoints that moved may leave a member no motion."""
-    tried = []
-
-    def refined(meshes, start, mesh, accuracy, rounds=()):
-        tried.append(mesh)
-        if start is motion and mesh is moved:
-            raise Infeasible("no motion")
-        return refine(meshes, start, mesh, accuracy, rounds)
-
-    alone = family(race(), STRONGEST, [1.0], settings=FEW).members[0]
-    motion, moved = alone.trajectory, alone.iterate.mesh
-    monkeypatch.setattr("ocp.analysis.family._Walk.first", lambda walk, solution: alone)
-    monkeypatch.setattr("ocp.analysis.family._Walk._solved", lambda walk, *mesh_and_start: None)
-    monkeypatch.setattr("ocp.analysis.family.refine", refined)
-
-    found = family(race(), STRONGEST, [1.0, 1.5], settings=FEW)
-    assert found.objectives[1] == pytest.approx(least_time(1.5), rel=1e-5)
-    assert tried[0] is moved
-    with pytest.raises(FamilyStopped, match="no motion"):
-        family(
-            race(), STRONGEST, [1.0, 1.5], settings=dataclasses.replace(FEW, refinement=FixedMesh())
-        )
 
 
 @pytest.mark.parametrize("values", [[], [1.0, math.nan]])

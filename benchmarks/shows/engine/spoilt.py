@@ -70,7 +70,7 @@ MINIMUM = (
 EXPECTED: Mapping[str, tuple[str, ...]] = {
     "switch": MINIMUM,
     "mesh": (*MOTION, *MINIMUM),
-    "multiplier": ("stationarity", "complementarity", "costates", *MINIMUM),
+    "multiplier": ("stationarity", "complementarity", *MINIMUM),
     "leak": ("constraint residuals", "path constraints", "problem bounds"),
     "held": ("finer controls", "a second solve"),
 }

@@ -95,7 +95,7 @@ def measure(setup: Setup, members: int = MEMBERS) -> Iterator[Measured]:
         "inside": inside.seconds,
         "iterations": inside.iterations,
         "alone": sum(member.alone for member in found.members),
-        "meshes": len({id(member.program) for member in found.members}),
+        "meshes": len({id(member.iterate.transcription) for member in found.members}),
         "objectives": found.objectives.tolist(),
         "verified": [],
         "cold": [],
