@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import cached_property
 
 from ocp.arrays import Array
@@ -115,8 +115,10 @@ def _attempts(
 Start = Iterate | Trajectory | None
 
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
-# the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
+# the next mesh. The mesh that meets all tolerances is solved to this part of the least of them, if
+# the solver's own tolerance is less.
 LOOSE = 1e-7
+_DIGITS = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -168,9 +170,15 @@ class MeshSolver:
         return cls(problem, settings, parameters, evaluator, budget, progress, prepared)
 
     @cached_property
+    def solver(self) -> NlpSolver:
+        """For meshes that are not replaced, as tight as the accuracy needs."""
+        least = min(astuple(self.settings.accuracy))
+        return self.settings.solver.loosened(min(LOOSE, _DIGITS * least))
+
+    @cached_property
     def rough_solver(self) -> NlpSolver:
         """For meshes that are about to be replaced."""
-        return self.settings.solver.loosened(LOOSE)
+        return self.solver.loosened(LOOSE)
 
     def limits(self, program: Transcription) -> ProgramLimits:
         """Limits of a program at the values of the constants; those of the last one are kept."""

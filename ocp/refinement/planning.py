@@ -187,7 +187,7 @@ def next_plan(
 
 def _can_be_rough(meshes: MeshSolver) -> bool:
     """Whether a looser tolerance than that asked for is another one."""
-    return meshes.rough_solver is not meshes.settings.solver
+    return meshes.rough_solver is not meshes.solver
 
 
 def _after_solved(

@@ -116,7 +116,7 @@ def _solved(
 ) -> MeshAnswer:
     """A mesh solved, the first one from several starts if need be; or what failed."""
     rough, before = planned.rough, tuple(history.rounds)
-    solver = meshes.rough_solver if rough else meshes.settings.solver
+    solver = meshes.rough_solver if rough else meshes.solver
     solver = solver.within_gap(gap(history.solved, accuracy, rough=rough))
     # breakpoints that move are given up after a while, where there is a mesh to go back to
     most = most_iterations(history.solved, planned.program.mesh)

@@ -32,6 +32,10 @@ _MOST_PARTS = 3
 # polynomial of a higher degree swings, and its swings exceed limits. Few points cannot tell.
 _TURNS = 2.0
 _TELLING_DEGREE = 4
+# States and algebraic variables times degree, up to which a degree is raised beyond 5. To factorise
+# an interval takes the cube of this number, and two of half the degree together a quarter of that.
+_WORTHWHILE = 40
+_ANYWHERE = 5
 # An interval that keeps this part of its width beside a new bracket still stands for itself.
 WHOLE = 0.8
 # of the phase: narrower intervals are not cut for their controls or constraints
@@ -308,7 +312,7 @@ def _refined(
         base,
         _gathered(errors, motion, base),
         tolerance=demands.accuracy.dynamics,
-        highest=demands.highest_degree,
+        highest=min(demands.highest_degree, _worthwhile_degree(last, index)),
         least_gain=np.inf if blocked else demands.least_gain,
         on_its_way=start.moving & (start is not base),
         missed=max(demands.least_gain, objective),
@@ -400,6 +404,13 @@ def worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> 
         if errors.switching[around].max(initial=0.0) >= 0.5 * tolerance:
             worth.append(jump)
     return worth
+
+
+def _worthwhile_degree(last: SolvedMesh, index: int) -> int:
+    """The degree beyond which shorter intervals of a phase are cheaper than a higher degree."""
+    problem, phase = last.iterate.problem, last.iterate.problem.phases[index]
+    unknowns = len(phase.states) + len(problem.algebraics[phase.name])
+    return max(_ANYWHERE, _WORTHWHILE // unknowns)
 
 
 def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: float) -> Flags:
