@@ -18,7 +18,6 @@ from ocp.mesh.initial_guess import following, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.failures import collapsed, failure, remedy_for_kinks
-from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
@@ -30,6 +29,7 @@ from ocp.progress import Progress, shown
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.refine import Refinement, refine
 from ocp.refinement.solved_mesh import CUT_SHORT
+from ocp.refinement.switch_multipliers import with_free_switches
 from ocp.reformulate.form import Form, reformulated
 from ocp.reformulate.split_controls import check_parts
 from ocp.settings import Settings, first_intervals
@@ -433,7 +433,7 @@ def _solution(
         told = found.passed or refinement.ending in CUT_SHORT
         return verdict_on(meshes, refinement, found, bound) if told else "unverified"
 
-    fitted = cache(partial_of(fitted_to_switches, iterate))
+    fitted = cache(partial_of(with_free_switches, meshes, iterate))
     adapts = settings.refinement.adapts
     stated, evaluator = form.stated(iterate.trajectory), meshes.evaluator
     objective = iterate.objective

@@ -12,7 +12,7 @@ import casadi as ca
 
 from ocp.diagnostics.diagnostic import Evidence, Finding, Tolerances
 from ocp.diagnostics.minimum_principle import MinimumPrinciple, minimum_principle
-from ocp.estimates.other_controls.promise import other_controls, others_remark, promised_by
+from ocp.diagnostics.other_controls import other_controls, others_remark, promised_by
 from ocp.estimates.promised_gain import promised_gain
 from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.multipliers import duration_multiplier

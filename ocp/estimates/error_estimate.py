@@ -11,11 +11,6 @@ The Hamiltonian tells what better controls gain inside the intervals. Where a co
 breakpoint that cannot move, the controls on both sides of it may be the best ones, and the jump
 should come earlier or later all the same: before it a constraint may leave the controls no room,
 but for the last part of an interval. Then the Hamiltonian jumps, too.
-
-A control may also jump from one local minimum of the Hamiltonian by the controls to another, as a
-thruster does that is on or off. In an interval it is one polynomial, and stays in one minimum. The
-other one may be better in a part of the interval. Then the control is smooth, and the Hamiltonian
-has no slope. Only controls far away tell.
 """
 
 from __future__ import annotations
@@ -30,7 +25,6 @@ from ocp.arrays import Array, Flags
 from ocp.estimates.constrained_arcs import arc_gains
 from ocp.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.estimates.motion_errors import MotionErrors
-from ocp.estimates.other_controls.promise import others_of_phase
 from ocp.estimates.promised_gain import PhaseGains, weighted_by_worth, without_small_costs
 from ocp.estimates.switch_detection import Jump, control_jumps, switches_at_breakpoints
 from ocp.mesh.mesh import SAME_POINT, ExtraPoints
@@ -86,25 +80,6 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     if not (held.any() and told) or iterate.problem.is_discontinuous:
         return np.zeros_like(held)
     return held & (relative_jumps(iterate, evaluator, index) > _BALANCED)
-
-
-def between_minima(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
-    """Gain that other times of held switches between minima promise, (N - 1,).
-
-    For each inner breakpoint, relative to the objective. A control that jumps from one minimum of
-    the Hamiltonian to another is in the worse one on one side of a breakpoint where its switch is
-    displaced. The gain is 0 where no switch is held, and for schemes whose multipliers do not tell.
-    It is also 0 in a phase that takes no time: other controls tell there that it should be longer.
-    """
-    motion = iterate.trajectory.phases[index]
-    held = _held_by_sides(iterate, index)
-    others = None
-    if held.any() and iterate.scheme.informative_multipliers:
-        others = others_of_phase(iterate, evaluator, index, beside(held), minima_only=True)
-    if others is None or others.vanished:
-        return np.zeros(held.size)
-    of_intervals = others.of_intervals(motion.intervals) / iterate.objective_size
-    return np.where(held, of_intervals[:-1] + of_intervals[1:], 0.0)
 
 
 def beside(breakpoints: Flags) -> Flags:
@@ -172,10 +147,6 @@ class PhaseErrors:
         a path constraint acts, and of what backed-off limits cost.
     switching : (N,)
         What finer controls could gain, rough or not.
-    between_minima : (N - 1,)
-        What other times of fixed inner breakpoints could gain, relative to the objective, where a
-        control changes there from a minimum of the Hamiltonian to another. Half of it is in `gain`
-        on each side.
     displaced : (N - 1,)
         Whether a control switches at a fixed inner breakpoint, and should do so at another time by
         the Hamiltonian.
@@ -199,7 +170,6 @@ class PhaseErrors:
     dynamics: Array
     gain: Array
     switching: Array
-    between_minima: Array
     displaced: Flags
     excess: tuple[Extremes, ...]
     jumps: tuple[Jump, ...]
@@ -256,11 +226,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
     for index, motion in enumerate(iterate.trajectory.phases):
         jumps = tuple(control_jumps(motion, iterate.scales.signals))
         gains = PhaseGains.of(iterate, evaluator, index, strongest[index])
-        at_minima = np.zeros(max(motion.intervals - 1, 0))
-        # the dearest of all estimates: not for a motion that is about to be replaced anyway
-        if motion_errors.worst_dynamics <= accuracy.dynamics:
-            at_minima = between_minima(iterate, evaluator, index)
-        missed = shared(np.maximum(missed_switches(iterate, evaluator, index, jumps), at_minima))
+        missed = shared(missed_switches(iterate, evaluator, index, jumps))
         acting = strongest[index] > ACTING
         on_arcs = arc_gains(iterate, evaluator, index, acting) / iterate.objective_size
         excess = without_small_costs(
@@ -274,7 +240,6 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 dynamics=motion_errors.dynamics[index],
                 gain=gains.told + missed + on_arcs,
                 switching=gains.anywhere + missed,
-                between_minima=at_minima,
                 displaced=displaced_switches(iterate, evaluator, index),
                 excess=excess,
                 jumps=jumps,

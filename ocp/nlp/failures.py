@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -52,8 +51,6 @@ class RowKind:
         Of the unscaled rows.
     size : float
         A scaled residual of 1 is `size` in `unit`.
-    is_stated : bool
-        Whether it is a limit or an equation of the statement, and no rate.
     """
 
     what: str
@@ -62,88 +59,52 @@ class RowKind:
     fractions: Array | None = None
     unit: str = ""
     size: float = 1.0
-    is_stated: bool = False
 
 
 def row_kinds(transcription: Transcription) -> Iterator[RowKind]:
     """All rows of a program by kind; every row belongs to one of them."""
     rows, scales = transcription.rows, transcription.scales
     for index, columns in enumerate(transcription.columns.phases):
-        yield from _dynamics(transcription, columns, rows.phases[index])
-        yield from _path_constraints(transcription, index)
-        yield from _joints(transcription, columns, rows.phases[index])
+        yield from _of_phase(transcription, index, columns, rows.phases[index])
 
     bounds = transcription.problem.boundary_constraints
     for bound, row in zip(bounds, rows.boundary, strict=True):
         size = scales.bounds["", bound.name]
-        row_of_bound = np.array([row])
-        yield RowKind(f"'{bound.name}'", row_of_bound, unit=bound.unit, size=size, is_stated=True)
+        yield RowKind(f"'{bound.name}'", np.array([row]), unit=bound.unit, size=size)
 
 
-def _dynamics(
-    transcription: Transcription, columns: PhaseColumns, rows: PhaseRows
+def _of_phase(
+    transcription: Transcription, index: int, columns: PhaseColumns, rows: PhaseRows
 ) -> Iterator[RowKind]:
-    """Dynamics of each state, and the right ends of intervals without a support point there."""
-    sizes, name = transcription.scales.signals, columns.phase.name
-    points = columns.mesh.breakpoints
-    by_group = [
-        _fractions(points, group.intervals[:, None], group.collocation.points).ravel()
-        for group in columns.groups
-    ]
-    ends = [points[g.intervals + 1] for g in columns.groups if not g.collocation.ends_on_support]
-
-    for j, state in enumerate(columns.states):
-        defects = [table[:, :, j].ravel() for table in rows.defects]
-        yield RowKind(
-            f"dynamics of '{state.name}'",
-            np.concatenate(defects),
-            name,
-            np.concatenate(by_group),
-            state.unit,
-            sizes[state.name],
-        )
-        if rows.continuity:
-            yield RowKind(
-                f"continuity of '{state.name}'",
-                np.concatenate([table[:, j] for table in rows.continuity]),
-                name,
-                np.concatenate(ends),
-                state.unit,
-                sizes[state.name],
-            )
-
-
-def _path_constraints(transcription: Transcription, index: int) -> Iterator[RowKind]:
-    """Path constraints at collocation points and at points added between them."""
-    columns = transcription.columns.phases[index]
-    for number, constraint in enumerate(transcription.constraints[index]):
-        parts = transcription.rows.of_constraint(index, number)
-        if not parts:
-            continue
-        fractions = [
-            _fractions(columns.mesh.breakpoints, part.intervals, part.tau) for part in parts
-        ]
-        yield RowKind(
-            f"'{constraint.name}'",
-            np.concatenate([part.rows for part in parts]),
-            columns.phase.name,
-            np.concatenate(fractions),
-            constraint.unit,
-            constraint.scale,
-            is_stated=True,
-        )
-
-
-def _joints(
-    transcription: Transcription, columns: PhaseColumns, rows: PhaseRows
-) -> Iterator[RowKind]:
-    """Running totals of integrals, and the order of times and breakpoints."""
+    """Dynamics, path constraints, running totals, and the order of times and breakpoints."""
     scales, name = transcription.scales, columns.phase.name
+    points, groups = columns.mesh.breakpoints, columns.groups
+    inside = [
+        _fractions(points, group.intervals[:, None], group.collocation.points).ravel()
+        for group in groups
+    ]
+    at_points = np.concatenate(inside)
+    # of intervals without a support point at their end
+    ends = [points[g.intervals + 1] for g in groups if not g.collocation.ends_on_support]
+    for j, state in enumerate(columns.states):
+        size, unit = scales.signals[state.name], state.unit
+        defects = np.concatenate([table[:, :, j].ravel() for table in rows.defects])
+        yield RowKind(f"dynamics of '{state.name}'", defects, name, at_points, unit, size)
+        if rows.continuity:
+            joints = np.concatenate([table[:, j] for table in rows.continuity])
+            where = np.concatenate(ends)
+            yield RowKind(f"continuity of '{state.name}'", joints, name, where, unit, size)
+
+    for number, constraint in enumerate(transcription.constraints[index]):
+        if parts := transcription.rows.of_constraint(index, number):
+            own = np.concatenate([part.rows for part in parts])
+            where = np.concatenate([_fractions(points, p.intervals, p.tau) for p in parts])
+            what, unit, size = f"'{constraint.name}'", constraint.unit, constraint.scale
+            yield RowKind(what, own, name, where, unit, size)
+
     for j, integral in enumerate(columns.integrals):
-        size = scales.functionals[integral]
-        ends = columns.mesh.breakpoints[1:]
-        what = f"integral '{integral.name}'"
-        yield RowKind(what, rows.totals[:, j], name, ends, integral.unit, size)
+        what, size = f"integral '{integral.name}'", scales.functionals[integral]
+        yield RowKind(what, rows.totals[:, j], name, points[1:], integral.unit, size)
     if rows.duration.size:
         yield RowKind("duration", rows.duration, name, unit="s", size=scales.time)
     if rows.breakpoints.size:
@@ -270,133 +231,68 @@ def failure(
     iterate : Trajectory
         Where it ended.
     """
-    outcome, failed = result.outcome, _FailedSolve(transcription, result, parameters, iterate)
+    problem, outcome = transcription.problem, result.outcome
+    name, count = f"'{problem.name}'", result.iterations
     if outcome == "invalid number":
-        return failed.invalid_number()
+        from ocp.nlp.non_finite import non_finite_value  # only when something is wrong
+
+        what = non_finite_value(problem, iterate)
+        return InvalidNumber(
+            f"{name}: {what or 'a derivative of the problem is NaN or infinite'}; start from a "
+            "guess where everything is finite, or bound the signals that lead there",
+            iterate,
+        )
     if outcome == "unbounded" or result.objective < -RUNAWAY:
-        return failed.unbounded()
+        value = problem.sense * result.objective * transcription.scales.objective
+        return Unbounded(
+            f"the objective of {name} ran away to {value:.1e} in {count} iterations: it seems "
+            "unbounded; bound what it depends on",
+            iterate,
+        )
     # a motion that takes no time meets no constraint, and says nothing of them
     if vanished := collapsed(transcription, iterate, result.x):
         return vanished
 
+    limits = transcription.limits(parameters)
+    worst = violations(transcription, result.rows, limits)
+    listed = "; ".join(violation.words(iterate) for violation in worst)
+    in_brackets = f" ({listed})" if worst else ""
     if outcome == "budget":
-        return failed.budget_spent()
-    if outcome == "overdetermined" or (outcome == "infeasible" and failed.asks_too_much):
-        return failed.overdetermined()
-    if outcome == "infeasible" and failed.worst:
-        return failed.infeasible()
-    return failed.in_trouble()
-
-
-@dataclass(frozen=True, eq=False)
-class _FailedSolve:
-    """What is known of a failed solve, and the error of each way to fail."""
-
-    transcription: Transcription
-    result: NlpResult
-    parameters: Parameters
-    iterate: Trajectory
-
-    @property
-    def problem(self) -> Problem:
-        """That was not solved."""
-        return self.transcription.problem
-
-    @cached_property
-    def limits(self) -> ProgramLimits:
-        """Of the program's columns and rows."""
-        return self.transcription.limits(self.parameters)
-
-    @cached_property
-    def worst(self) -> list[Violation]:
-        """The constraints that are violated most."""
-        return violations(self.transcription, self.result.rows, self.limits)
-
-    @cached_property
-    def listed(self) -> str:
-        """These constraints in words."""
-        return "; ".join(violation.words(self.iterate) for violation in self.worst)
-
-    @property
-    def in_brackets(self) -> str:
-        """The same behind a statement; empty where there are none."""
-        return f" ({self.listed})" if self.worst else ""
-
-    @property
-    def asks_too_much(self) -> bool:
-        """Whether there are more equations than unknowns."""
-        free, equations = counted(self.limits)
-        return equations > free
-
-    @property
-    def remedies(self) -> str:
-        """What makes a statement hard to solve, and what to do; ends with "or", or is empty."""
-        return remedy_for_kinks(self.problem)
-
-    def invalid_number(self) -> InvalidNumber:
-        """A value or a derivative is NaN or infinite."""
-        from ocp.nlp.non_finite import non_finite_value  # only when something is wrong
-
-        culprit = non_finite_value(self.problem, self.iterate)
-        what = culprit or "a derivative of the problem is NaN or infinite"
-        return InvalidNumber(
-            f"'{self.problem.name}': {what}; start from a guess where everything is finite, or "
-            "bound the signals that lead there",
-            self.iterate,
-        )
-
-    def unbounded(self) -> Unbounded:
-        """The objective runs away."""
-        value = self.problem.sense * self.result.objective * self.transcription.scales.objective
-        return Unbounded(
-            f"the objective of '{self.problem.name}' ran away to {value:.1e} in "
-            f"{self.result.iterations} iterations: it seems unbounded; bound what it depends on",
-            self.iterate,
-        )
-
-    def budget_spent(self) -> IterationLimit:
-        """Iterations or seconds ran out."""
         return IterationLimit(
-            f"'{self.problem.name}' used up its budget of iterations or seconds after "
-            f"{self.result.iterations} iterations{self.in_brackets}; "
-            f"{self.remedies}raise the budget, give a better guess or check the "
-            "scales",
-            self.iterate,
+            f"{name} used up its budget of iterations or seconds after {count} iterations"
+            f"{in_brackets}; {remedy_for_kinks(problem)}raise the budget, give a better guess or "
+            "check the scales",
+            iterate,
         )
 
-    def overdetermined(self) -> Overdetermined:
-        """More is prescribed than there are unknowns."""
-        free, equations = counted(self.limits)
-        missed = f" and does not meet all of them{self.in_brackets}" if self.worst else ""
+    free, equations = counted(limits)
+    if outcome == "overdetermined" or (outcome == "infeasible" and equations > free):
+        missed = f" and does not meet all of them{in_brackets}" if worst else ""
         return Overdetermined(
-            f"'{self.problem.name}' has {equations} equations for {free} free unknowns on its "
-            f"mesh{missed}: more is prescribed than the controls and unknowns can bring about; "
-            "take back a boundary value, a link or an equation, or add a control"
-            f"{_algebraic(self.transcription)}",
-            self.iterate,
+            f"{name} has {equations} equations for {free} free unknowns on its mesh{missed}: more "
+            "is prescribed than the controls and unknowns can bring about; take back a boundary "
+            f"value, a link or an equation, or add a control{_algebraic(problem)}",
+            iterate,
         )
-
-    def infeasible(self) -> Infeasible:
-        """The constraints are not met together, as far as the solver sees."""
-        reached = list(_limits_reached(self.transcription, self.parameters, self.iterate))
+    if outcome == "infeasible" and worst:
+        remedy = "relax one of these"
+        if worst[0].kind.what.startswith("dynamics"):
+            reached = _limits_reached(transcription, parameters, iterate)[:_MOST_REACHED]
+            remedy = "relax a limit or a prescribed value"
+            remedy = f"{'; '.join(reached)}: {remedy}" if reached else remedy
         return Infeasible(
-            f"no motion was found that meets all constraints of '{self.problem.name}'; worst: "
-            f"{self.listed}; {_remedy(self.worst, reached)} (ocp.relaxed(problem) finds the "
-            "smallest change), or try another guess or ocp.audit(problem); this is no proof that "
-            "there is none",
-            self.iterate,
+            f"no motion was found that meets all constraints of {name}; worst: {listed}; {remedy} "
+            "(ocp.relaxed(problem) finds the smallest change), or try another guess or "
+            "ocp.audit(problem); this is no proof that there is none",
+            iterate,
         )
-
-    def in_trouble(self) -> NumericalTrouble:
-        """The solver gave up."""
-        of_constraints = f"with {self.listed}" if self.worst else "all constraints met"
-        return NumericalTrouble(
-            f"IPOPT got into numerical trouble on '{self.problem.name}' after "
-            f"{self.result.iterations} iterations ('{self.result.status}'), {of_constraints}; "
-            f"{self.remedies}state sizes by `scale`, give a better guess, or "
-            "bound what the objective depends on",
-            self.iterate,
-        )
+    return NumericalTrouble(
+        f"IPOPT got into numerical trouble on {name} after {count} iterations "
+        f"('{result.status}'), {f'with {listed}' if worst else 'all constraints met'}; "
+        f"{remedy_for_kinks(problem)}state sizes by `scale`, give a better guess, or bound what "
+        "the objective depends on",
+        iterate,
+    )
 
 
 def remedy_for_kinks(problem: Problem) -> str:
@@ -437,10 +333,10 @@ def _as_integral(problem: Problem, what: str) -> str:
     return ""
 
 
-def _algebraic(transcription: Transcription) -> str:
+def _algebraic(problem: Problem) -> str:
     """How to write controls that equations determine, where there are some of another shape."""
-    for phase in transcription.problem.phases:
-        for control in transcription.problem.controls[phase.name]:
+    for phase in problem.phases:
+        for control in problem.controls[phase.name]:
             if control.piecewise != "polynomial" and in_equation(control, phase):
                 return (
                     f"; '{control.name}' is in an equation of phase '{phase.name}': if that "
@@ -449,44 +345,33 @@ def _algebraic(transcription: Transcription) -> str:
     return ""
 
 
-def _remedy(worst: list[Violation], reached: list[str]) -> str:
-    """What the user can change about rows that cannot be met."""
-    if not worst[0].kind.what.startswith("dynamics"):
-        return "relax one of these"
-    limits = f"{'; '.join(reached[:_MOST_REACHED])}: " if reached else ""
-    return f"{limits}relax a limit or a prescribed value"
-
-
 def _limits_reached(
     transcription: Transcription, parameters: Parameters, iterate: Trajectory
-) -> Iterator[str]:
+) -> list[str]:
     """Limits at which the iterate lies for a part of a phase, the longest first."""
-    problem, evaluator = transcription.problem, Evaluator(transcription.problem)
-    found: list[tuple[float, str]] = []
+    evaluator, found = Evaluator(transcription.problem), list[tuple[float, str]]()
     for motion, constraints in zip(iterate.phases, transcription.constraints, strict=True):
-        held = [
+        k = np.repeat(np.arange(motion.intervals), _SAMPLES)
+        tau = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, motion.intervals)
+        weights = np.diff(motion.breakpoints)[k]
+        limited = [
             (c.name, c.unit, c.expression, c.scale, c.limits(parameters, {}))
             for c in constraints
             if c.peak is None and not c.is_equation
         ]
-        for u in problem.controls[motion.name]:
+        for u in transcription.problem.controls[motion.name]:
             size, limits = transcription.scales.signals[u.name], parameters.signal_limits[u.name]
-            held.append((u.name, u.unit, u.symbol, size, limits))
-
-        k = np.repeat(np.arange(motion.intervals), _SAMPLES)
-        tau = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, motion.intervals)
-        weights = np.diff(motion.breakpoints)[k]
-        expressions = [expression for _, _, expression, *_ in held]
-        values = evaluator.values(iterate, motion.name, expressions, k, tau)
-        for (name, unit, _, size, limits), value in zip(held, values.T, strict=True):
+            limited.append((u.name, u.unit, u.symbol, size, limits))
+        for name, unit, expression, size, limits in limited:
+            values = evaluator.values(iterate, motion.name, [expression], k, tau)[:, 0]
             for side, limit in zip(("lower", "upper"), limits, strict=True):
-                share = float(weights @ (np.abs(value - limit) < _AT_LIMIT * size) / weights.sum())
+                share = float(weights @ (np.abs(values - limit) < _AT_LIMIT * size))
+                share /= float(weights.sum())
                 if share > _LEAST_SHARE:
                     place = f"its {side} limit of {with_unit(f'{limit:.6g}', unit)}"
-                    found.append(
-                        (share, f"'{name}' is at {place} for {share:.0%} of '{motion.name}'")
-                    )
-    yield from (text for _, text in sorted(found, reverse=True))
+                    text = f"'{name}' is at {place} for {share:.0%} of '{motion.name}'"
+                    found.append((share, text))
+    return [text for _, text in sorted(found, reverse=True)]
 
 
 def counted(limits: ProgramLimits) -> tuple[int, int]:

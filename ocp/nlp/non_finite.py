@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -14,7 +14,6 @@ from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.expression_graph import operands_of
 from ocp.problem.display import with_unit
 from ocp.problem.functionals import Functional, Integral, pieces_over
-from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Symbol, Time, resolve
 
@@ -32,91 +31,66 @@ def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
 
     Values come before derivatives, and phases before the numbers of the whole motion.
     """
+    evaluator, peaks = Evaluator(problem), trajectory.peaks_of(problem)
     for derivative in (False, True):
-        search = _Inspection(problem, trajectory, Evaluator(problem), derivative)
-        for phase in problem.phases:
-            if sentence := search.along_phase(phase):
-                return sentence
-        if sentence := search.of_numbers():
-            return sentence
+        for phase, what, expression in _stated(problem):
+            symbols = resolve(expression, what)
+            if derivative and not symbols:
+                continue
+            entries = _slopes(expression, symbols) if derivative else [expression]
+            if not phase:
+                number = partial(evaluator.number, trajectory, known=peaks)
+                found = next((e for e in entries if not np.isfinite(number(e))), None)
+                when = ""
+            else:
+                motion = trajectory.phase(phase)
+                intervals, tau = _points(motion)
+                values = evaluator.values(trajectory, phase, entries, intervals, tau)
+                bad = np.argwhere(~np.isfinite(values))
+                if not bad.size:
+                    continue
+                point, entry = (int(i) for i in bad[0])
+                at, found = (intervals[[point]], tau[[point]]), entries[entry]
+                number = partial(_number_at, evaluator, trajectory, phase, at)
+                when = f" at {evaluator.times(motion, *at)[0]:.3g} s"
+            if found is not None:
+                text = _sentence(found, symbols, number, when, derivative=derivative)
+                of_zero = phase and derivative and _is_root_of_zero(expression, number)
+                return f"{what} {text}{_FOR_SIZES if of_zero else ''}"
     return ""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class _Inspection:
-    """Looks for a value that is not finite, or for such a derivative."""
+def _number_at(
+    evaluator: Evaluator,
+    trajectory: Trajectory,
+    phase: str,
+    at: tuple[Integers, Array],
+    part: ca.SX | Symbol,
+) -> float:
+    """The value of a part at one point of a phase."""
+    return float(evaluator.values(trajectory, phase, [part], *at)[0, 0])
 
-    problem: Problem
-    trajectory: Trajectory
-    evaluator: Evaluator
-    derivative: bool
 
-    def along_phase(self, phase: Phase) -> str:
-        """The first expression of a phase that is not finite, in words."""
-        intervals, tau = _points(self.trajectory.phase(phase.name))
-        for what, expression in _expressions(self.problem, phase):
-            if place := self._first(phase, expression, intervals, tau):
-                return f"{what} in phase '{phase.name}' {place}"
-        return ""
+def _slopes(expression: ca.SX, symbols: tuple[Symbol, ...]) -> list[ca.SX]:
+    """The derivatives of an expression by its symbols."""
+    return ca.vertsplit(ca.gradient(expression, ca.vertcat(*[s.symbol for s in symbols])))
 
-    def _first(self, phase: Phase, expression: ca.SX, intervals: Integers, tau: Array) -> str:
-        """The first of some points at which an expression is not finite, in words."""
-        symbols = resolve(expression, "an expression")
-        entries = self._entries(expression, symbols)
-        if not entries:
-            return ""
-        motion = self.trajectory.phase(phase.name)
-        values = self.evaluator.values(self.trajectory, phase.name, entries, intervals, tau)
-        bad = np.argwhere(~np.isfinite(values))
-        if not bad.size:
-            return ""
 
-        point, entry = (int(i) for i in bad[0])
-        interval, local = intervals[[point]], tau[[point]]
-
-        def number(part: Any) -> float:
-            value = self.evaluator.values(self.trajectory, phase.name, [part], interval, local)
-            return float(value[0, 0])
-
-        remedy = _FOR_SIZES if self.derivative and _is_root_of_zero(expression, number) else ""
-
-        steps = np.diff(motion.breakpoints)[interval]
-        time = float((motion.breakpoints[interval] + local * steps)[0])
-        arguments = [_value(s, number(s)) for s in symbols if not isinstance(s, Time)]
-        words = self._words(_culprit(entries[entry], number), f" at {time:.3g} s", arguments)
-        return words + remedy
-
-    def of_numbers(self) -> str:
-        """The objective, a bound or a link that is not finite, in words."""
-        peaks = self.trajectory.peaks_of(self.problem)
-
-        def number(part: Any) -> float:
-            return self.evaluator.number(self.trajectory, part, peaks)
-
-        stated = [("the objective", self.problem.objective)]
-        stated += [(f"'{b.name}'", b.expression) for b in self.problem.boundary_constraints]
-        for what, expression in stated:
-            symbols = resolve(expression, what)
-            for entry in self._entries(expression, symbols):
-                if not np.isfinite(number(entry)):
-                    arguments = [_value(s, number(s)) for s in symbols]
-                    return f"{what} {self._words(_culprit(entry, number), '', arguments)}"
-        return ""
-
-    def _entries(self, expression: ca.SX, symbols: tuple[Symbol, ...]) -> list[ca.SX]:
-        """The expression, or its derivatives with respect to its symbols."""
-        if not self.derivative:
-            return [expression]
-        slopes = ca.gradient(expression, ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1)))
-        return [slopes[i] for i in range(slopes.shape[0])]
-
-    def _words(self, culprit: str, when: str, arguments: list[str]) -> str:
-        what = "is NaN or infinite"
-        if self.derivative:
-            what = "has a derivative that is NaN or infinite"
-        part = f" (in {culprit})" if culprit else ""
-        where = f", where {', '.join(arguments)}" if arguments else ""
-        return f"{what}{when}{part}{where}"
+def _sentence(
+    found: ca.SX,
+    symbols: tuple[Symbol, ...],
+    number: Callable[[Any], float],
+    when: str,
+    *,
+    derivative: bool,
+) -> str:
+    """What is not finite, when, in which part, and at what values."""
+    part = _culprit(found, number)
+    arguments = [_value(s, number(s)) for s in symbols if not isinstance(s, Time)]
+    has = "has a derivative that is" if derivative else "is"
+    inside = f" (in {part})" if part else ""
+    where = f", where {', '.join(arguments)}" if arguments else ""
+    return f"{has} NaN or infinite{when}{inside}{where}"
 
 
 def _points(motion: PhaseTrajectory) -> tuple[Integers, Array]:
@@ -133,16 +107,20 @@ def _points(motion: PhaseTrajectory) -> tuple[Integers, Array]:
     return k[in_time], local[in_time]
 
 
-def _expressions(problem: Problem, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
-    """What is evaluated along a phase, with its name in messages."""
-    for state, rate in phase.dynamics.items():
-        yield f"the derivative of '{state.name}'", rate
-    for bound in phase.bounds:
-        yield f"'{bound.name}'", bound.expression
-    along = (*problem.integrals[phase.name], *problem.peaks)
-    for functional, expression in pieces_over(along, phase.name):
-        what = "integrand of" if isinstance(functional, Integral) else "peak"
-        yield f"the {what} '{functional.name}'", expression
+def _stated(problem: Problem) -> Iterator[tuple[str, str, ca.SX]]:
+    """Phase, name in messages, and what is evaluated along it, or once if the phase is ""."""
+    for phase in problem.phases:
+        name, inside = phase.name, f"in phase '{phase.name}'"
+        for state, rate in phase.dynamics.items():
+            yield name, f"the derivative of '{state.name}' {inside}", rate
+        for bound in phase.bounds:
+            yield name, f"'{bound.name}' {inside}", bound.expression
+        for functional, expression in pieces_over((*problem.integrals[name], *problem.peaks), name):
+            what = "integrand of" if isinstance(functional, Integral) else "peak"
+            yield name, f"the {what} '{functional.name}' {inside}", expression
+    yield "", "the objective", problem.objective
+    for row in problem.boundary_constraints:
+        yield "", f"'{row.name}'", row.expression
 
 
 def _culprit(expression: ca.SX, number: Callable[[ca.SX], float]) -> str:

@@ -15,7 +15,7 @@ the angle itself, a limit of it or a link to another angle then show.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -24,7 +24,6 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator
-from ocp.numerics.expression_graph import Instruction, graph_of
 from ocp.numerics.piecewise_polynomial import bernstein
 from ocp.numerics.polynomial_expressions import is_linear
 from ocp.optimality.iterate import Iterate
@@ -37,11 +36,12 @@ from ocp.transcription.packing import trajectory_of
 # interval, in more than this part of the intervals.
 _LOST = 0.1
 
+# A whole turn in the units in which an angle may be stated in: radians, degrees, turns
+_TURNS = (2.0 * math.pi, 360.0, 1.0)
+
 # random points at which a shift must change nothing, and what rounding may change
 _TRIED = 32
 _SAME = 1e-12
-
-_CIRCULAR = {"sin", "cos", "tan"}
 
 
 def periods(problem: Problem, index: int) -> dict[str, float]:
@@ -58,60 +58,22 @@ def periods(problem: Problem, index: int) -> dict[str, float]:
             continue
         if ca.depends_on(rates, control.symbol) and is_linear(rates, control.symbol):
             continue  # a force, and no angle
-        for period in possible_periods(expressions, control):
-            if _invariant(expressions, control, period):
-                found[control.name] = period
-                break
+        if turn := _turn_of(expressions, control):
+            found[control.name] = turn
     return found
 
 
-def possible_periods(expressions: Sequence[ca.SX], control: Control) -> Iterator[float]:
-    """Periods of the sines and cosines of a control, the longest first."""
-    used = [e for e in expressions if ca.depends_on(e, control.symbol)]
-    if not used:
-        return
-    symbols = ca.symvar(ca.vertcat(*used))
-    hashes = [symbol.element_hash() for symbol in symbols]
-    graph = graph_of(used, symbols)
-
-    # the slope of each result by the control, where it is known to be the same everywhere
-    number = next(i for i, h in enumerate(hashes) if h == control.symbol.element_hash())
-    slopes: list[float | None] = []
-    rates = set()
-    for entry in graph.instructions:
-        slopes.append(_slope(entry, graph.instructions, slopes, number))
-        if entry.operation in _CIRCULAR and (rate := slopes[entry.operands[0]]):
-            rates.add(abs(rate))
-    yield from sorted({2.0 * math.pi / rate for rate in rates}, reverse=True)
-
-
-def _slope(
-    entry: Instruction,
-    instructions: Sequence[Instruction],
-    slopes: Sequence[float | None],
-    number: int,
-) -> float | None:
-    """Slope of the result of an operation by symbol `number`, None where it may vary."""
-    name, operands = entry.operation, entry.operands
-    if name == "symbol":
-        return 1.0 if operands[0] == number else 0.0
-    of = [slopes[i] for i in operands]
-    if all(slope == 0.0 for slope in of):
-        return 0.0
-    if name == "mul":
-        for factor, slope in zip(operands, reversed(of), strict=True):
-            if instructions[factor].operation == "number" and slope is not None:
-                return instructions[factor].number * slope
-    signs = {"add": (1, 1), "sub": (1, -1), "neg": (-1,), "twice": (2,)}.get(name)
-    known = [slope for slope in of if slope is not None]
-    if signs is None or len(known) < len(of):
-        return None
-    return sum(sign * slope for sign, slope in zip(signs, known, strict=True))
+def _turn_of(expressions: Sequence[ca.SX], control: Control) -> float | None:
+    """A whole turn of a control that changes none of some expressions; None if it is no angle."""
+    return next((turn for turn in _TURNS if _invariant(expressions, control, turn)), None)
 
 
 def _invariant(expressions: Sequence[ca.SX], control: Control, period: float) -> bool:
     """Whether a shift of a control by a period changes no expression at random points."""
-    used = ca.vertcat(*[e for e in expressions if ca.depends_on(e, control.symbol)])
+    depending = [e for e in expressions if ca.depends_on(e, control.symbol)]
+    if not depending:
+        return False
+    used = ca.vertcat(*depending)
     shifted = ca.substitute(used, control.symbol, control.symbol + period)
     symbols = ca.vertcat(*ca.symvar(used))
     both = ca.Function("both", [symbols], [used, shifted])
@@ -128,23 +90,20 @@ def _invariant(expressions: Sequence[ca.SX], control: Control, period: float) ->
 def lost_angle(iterate: Iterate) -> tuple[str, Control] | None:
     """A phase and its control without bounds that turns to and fro between neighbouring points.
 
-    It enters by sines and cosines, but something else notices a turn, so that it is not unwrapped.
+    No rate notices a whole turn, but something else does, so that it is not unwrapped.
     """
     for index, motion in enumerate(iterate.trajectory.phases):
-        statement = iterate.problem.phases[index]
+        rates = list(iterate.problem.phases[index].dynamics.values())
         for control in iterate.problem.controls[motion.name]:
-            if control.is_limited or control.coupled:
+            turn = None if control.is_limited or control.coupled else _turn_of(rates, control)
+            if turn is None:
                 continue
-            period = max(
-                possible_periods(list(statement.dynamics.values()), control), default=math.inf
-            )
-            turns = [
-                np.abs(
-                    np.diff(motion.polynomial(control.name).value(np.full(tau.size, k), tau)[:, 0])
-                )
+            values = motion.polynomial(control.name)
+            steps = [
+                np.abs(np.diff(values.value(np.full(tau.size, k), tau)[:, 0])).max(initial=0.0)
                 for k, (_, tau) in _determined(iterate, index, control.name).items()
             ]
-            if turns and np.mean([step.max(initial=0.0) > 0.5 * period for step in turns]) > _LOST:
+            if steps and np.mean(np.array(steps) > 0.5 * turn) > _LOST:
                 return motion.name, control
     return None
 

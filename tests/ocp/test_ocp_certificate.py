@@ -29,7 +29,6 @@ from ocp import (
 )
 from ocp.diagnostics.minimum_principle import _largest_difference
 from ocp.errors import StatementError
-from ocp.optimality import multiplier_sets
 
 
 def chain(**options):
@@ -147,20 +146,24 @@ def test_between_changes_the_minimum_principle_holds_strictly():
 
 def test_a_costate_that_is_off_between_changes_fails():
     found = solve(least_effort("constant"), settings=Settings(intervals=20, refinement=FixedMesh()))
-    one_of_twenty = np.where(np.arange(20) == 7, 1.0 + 1e-3, 1.0)[:, None, None]
-    spoilt = with_costates(found, lambda values: values * one_of_twenty)
+    spoilt = with_costates(found, np.where(np.arange(20) == 7, 1.0 + 1e-3, 1.0))
     assert {"between changes of 'move': Hamiltonian", "between changes of 'move': dH/du"} <= failed(
         spoilt
     )
 
 
-def with_costates(found, changed):
-    """The solution with other costates; `changed` takes and returns values (N, s, n)."""
+def with_costates(found, factors):
+    """The solution with costates that are multiplied by a factor, one or (N,) of the intervals."""
     kept = found.multipliers
     (own,) = kept.costates
-    (piece,) = own.polynomial.pieces
-    piece = dataclasses.replace(piece, coefficients=changed(piece.coefficients))
-    polynomial = dataclasses.replace(own.polynomial, pieces=(piece,))
+    factors = np.broadcast_to(factors, own.polynomial.intervals)
+    pieces = tuple(
+        dataclasses.replace(
+            piece, coefficients=piece.coefficients * factors[piece.intervals, None, None]
+        )
+        for piece in own.polynomial.pieces
+    )
+    polynomial = dataclasses.replace(own.polynomial, pieces=pieces)
     spoilt = dataclasses.replace(own, polynomial=polynomial)
     return dataclasses.replace(found, multipliers=dataclasses.replace(kept, costates=(spoilt,)))
 
@@ -212,19 +215,10 @@ def test_intervals_at_a_change_that_are_exact_count_as_tested():
     assert certificate.passed, str(certificate)
 
 
-def test_the_multipliers_of_too_fine_a_mesh_are_the_solvers(monkeypatch):
-    # with the switch on a breakpoint of 21 intervals many sets fit, one of them the switch's
-    costates = dash(21).multipliers.costates[0].polynomial.ends()
-    monkeypatch.setattr(multiplier_sets, "_MOST_CHANGES", 20)
-    found = dash(21)
-    assert found.objective == pytest.approx(30.0, rel=1e-8)
-    assert np.abs(found.multipliers.costates[0].polynomial.ends() - costates).max() > 1e-3
-
-
 def test_intervals_at_a_change_that_are_not_exact_do_not():
     # a Hamiltonian that is off by 1e-4 there: costates of the last interval are all 1e-4 too large
     found = dash(3)
-    spoilt = with_costates(found, lambda values: values * np.array([1, 1, 1 + 1e-4])[:, None, None])
+    spoilt = with_costates(found, np.array([1, 1, 1 + 1e-4]))
     changes = named_check(certify(spoilt), "active-set changes of 'dash'")
     assert changes.value == pytest.approx(1 / 3)
 
@@ -264,7 +258,7 @@ def pushed_off(part, intervals=200):
     pushed = dataclasses.replace(
         found, iterate=dataclasses.replace(iterate, bound_multipliers=pushing)
     )
-    return with_costates(pushed, lambda values: values * (1 + part))
+    return with_costates(pushed, 1 + part)
 
 
 def test_a_slope_that_no_barrier_leaves_fails():
@@ -278,7 +272,7 @@ def test_a_slope_counts_as_left_where_all_that_is_left_is_worth_next_to_nothing(
     slope = named_check(certify(spoilt), "between changes of 'go': dH/du")
     assert slope.value < 1e-9
     found = towards(20, upper=1 + 1e-3)
-    without = with_costates(found, lambda values: values * (1 + 3e-4))
+    without = with_costates(found, 1 + 3e-4)
     assert not named_check(certify(without), "between changes of 'go': dH/du").passed
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import casadi as ca
 import pytest
 
@@ -115,7 +117,7 @@ def test_a_cost_above_a_curve_of_the_control_follows_it_into_other_valleys() -> 
     found = solve(Problem("curve", phase, minimise=phase.integral(cost + 1e-9 * x)))
     assert found.objective == pytest.approx(0.397434, rel=1e-5)
     check = told(found)
-    assert "such as u = 1 instead of -0.974, cost = " in check.sentence
+    assert re.search(r"u = (1|0\.99\d) instead of -0\.974, cost = ", check.sentence)
     assert not check.passed
 
 

@@ -20,7 +20,7 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.estimates.other_controls.promise import others_of_phase
+from ocp.diagnostics.other_controls import other_controls
 
 x = State("x")
 throttle = Control("throttle", lower=-2, upper=2)
@@ -144,8 +144,7 @@ def is_tried(least: float, most: float, grip: object = 1.0) -> bool:
     problem = Problem("go", phase, maximise=phase.at_end(x + y))
     fixed = Settings(intervals=5, refinement=FixedMesh(), verify=False)
     found = solve(problem, settings=fixed)
-    everywhere = np.ones(5, dtype=bool)
-    return others_of_phase(found.kept_iterate, found.evaluator, 0, everywhere) is not None
+    return bool(list(other_controls(found.kept_iterate, found.evaluator)))
 
 
 def test_within_a_circle_of_controls_nothing_is_tried() -> None:
@@ -156,33 +155,3 @@ def test_within_a_circle_of_controls_nothing_is_tried() -> None:
     # what is allowed of a ring is no convex set, and neither is what lies outside of a circle
     assert is_tried(0.1, 1.0)
     assert is_tried(-np.inf, -0.5, -1.0)
-
-
-def bonus(at, width, price=50.0):
-    """Rest to rest, beside a control that pays near 3 for a short time, and costs elsewhere."""
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    w = Control("w", "1", lower=-1, upper=5)
-    gate = ca.exp(-(((TIME - at) / width) ** 4))
-    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
-    pays = price * gate * ca.exp(-(((w - 3) / 0.3) ** 2))
-    return Problem("bonus", move, minimise=move.integral(u**2 / 2 + w**2 / 10 - pays))
-
-
-@pytest.mark.parametrize("at", [0.223, 0.5123, 0.71])
-def test_a_valley_that_is_open_for_a_short_time_is_found_between_the_points(at):
-    width = 2e-3
-    found = solve(bonus(at, width))
-    t, w = np.linspace(-3, 3, 2001), np.linspace(-1, 5, 2001)
-    pays = 50 * np.exp(-((w - 3) ** 2) / 0.09)
-    best = [(w**2 / 10 - np.exp(-(each**4)) * pays).min() for each in t]
-    gained = -np.trapezoid(best, t) * width / 6
-    # the answer stays in its valley, and the certificate says so
-    assert found.objective == pytest.approx(6.0, rel=1e-6)
-    failed = {check.name: check.value for check in certify(found).checks if not check.passed}
-    assert list(failed) == ["other controls"]
-    assert failed["other controls"] == pytest.approx(gained, rel=0.05)
-
-
-def test_a_valley_that_opens_but_never_pays_is_no_alarm():
-    found = solve(bonus(0.223, 2e-3, price=0.5))
-    assert certify(found).passed

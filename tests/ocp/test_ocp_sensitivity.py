@@ -217,32 +217,28 @@ def test_central_differences_on_a_frozen_mesh(statement, argument, name, value):
     assert found.sensitivities()[name] == pytest.approx(slope, rel=1e-4, abs=1e-6)
 
 
-def changes_of(equations, constants):
+def changes_of(equations):
     """Multipliers of which every change that fits some equations is allowed."""
     count = equations.shape[1]
     reach = np.full(count, 10.0)
-    entries = np.arange(count)
-    return MultiplierChanges(entries, csr_matrix(equations), constants, -reach, reach, many=True)
+    return MultiplierChanges(np.arange(count), csr_matrix(equations), -reach, reach, many=True)
 
 
 def test_what_the_equations_add_up_to_is_the_same_for_all_multipliers(monkeypatch):
     # two equations, one of them twice, and one that is hardly one
     equations = np.array([[1.0, 1.0, 0.0, 0.0], [2.0, 2.0, 0.0, 0.0], [0.0, 0.0, 1e-7, 0.0]])
-    changes = changes_of(equations, np.array([0.5, 1.0, 3e-7]))
-    factors = changes.combination(np.array([3.0, 3.0, 2.0, 0.0]))
-    np.testing.assert_allclose(factors @ equations, [3.0, 3.0, 2.0, 0.0], rtol=1e-4)
-    assert changes.combination(np.array([1.0, 0.0, 0.0, 0.0])) is None
-    assert changes.combination(np.array([0.0, 0.0, 0.0, 1.0])) is None
+    changes = changes_of(equations)
+    assert not changes.is_combination(np.array([1.0, 0.0, 0.0, 0.0]))
+    assert not changes.is_combination(np.array([0.0, 0.0, 0.0, 1.0]))
 
     # without a linear program: 3 (z1 + z2) + 2 z3
     monkeypatch.setattr(MultiplierChanges, "most", None)
-    down, up = changes.range_of(np.array([3.0, 3.0, 2.0, 0.0]))
-    assert down == up == pytest.approx(3 * 0.5 + 2 * 3.0, rel=1e-4)
+    assert changes.range_of(np.array([3.0, 3.0, 2.0, 0.0])) == (0.0, 0.0)
 
 
 def test_a_range_that_no_linear_program_finds_is_said(monkeypatch):
     found = bryson_denham()
-    everything = changes_of(np.zeros((1, all_multipliers(found.kept_iterate).size)), np.zeros(1))
+    everything = changes_of(np.zeros((1, all_multipliers(found.kept_iterate).size)))
     monkeypatch.setattr(MultiplierChanges, "of", lambda *arguments: everything)
     monkeypatch.setattr(MultiplierChanges, "most", lambda self, direction: math.nan)
     slope = found.one_sided_sensitivities()["x upper"]

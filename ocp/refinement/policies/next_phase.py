@@ -293,7 +293,7 @@ def _refined(
     telling = demands.is_motion and not (unresolved or demands.leaves_controls)
     jumps = worthwhile_jumps(mesh, errors, objective) if telling else []
 
-    held = _wrongly_held(last, index, errors, objective)
+    held = _wrongly_held(last, index, errors)
     start = base
     if demands.move_breakpoints and telling and held.any():
         # Between its neighbours: how far off a switch is, nobody knows. Until it is there, the
@@ -413,14 +413,13 @@ def _worthwhile_degree(last: SolvedMesh, index: int) -> int:
     return max(_ANYWHERE, _WORTHWHILE // unknowns)
 
 
-def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: float) -> Flags:
+def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors) -> Flags:
     """Whether a switch at a fixed inner breakpoint should be elsewhere, (N - 1,)."""
-    held = errors.between_minima >= 0.5 * tolerance
     # costates of a rough solve are rough, too
-    if last.tight and errors.displaced.any():
-        # multipliers are not unique beside any of them: another one may be displaced next time
-        held |= errors.displaced | held_switches(last.iterate, index, errors.jumps)
-    return held
+    if not last.tight or not errors.displaced.any():
+        return np.zeros(errors.displaced.size, dtype=bool)
+    # multipliers are not unique beside any of them: another one may be displaced next time
+    return errors.displaced | held_switches(last.iterate, index, errors.jumps)
 
 
 def _without_errors_at(errors: PhaseErrors, motion: PhaseTrajectory, places: Array) -> PhaseErrors:

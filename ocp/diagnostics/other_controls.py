@@ -7,7 +7,8 @@ control that changes to a better minimum for a short time changes the objective 
 the Hamiltonian times that time, to first order (Bryson and Ho, "Applied Optimal Control", ch. 2 and
 3).
 
-Which controls are tried is in `trials`.
+Nothing is tried where the best controls are neighbours: where the Hamiltonian and all limits are
+linear in them, or convex. Which controls are tried elsewhere is in `control_trials`.
 """
 
 from __future__ import annotations
@@ -15,18 +16,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.estimates.other_controls.limits import (
-    are_tied,
-    dependence_on_controls,
-    tried_signals,
-)
-from ocp.estimates.other_controls.trials import ControlTrials, evaluations
+from ocp.diagnostics.control_trials import EVALUATIONS, ControlTrials, Dependence, dependence_of
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
+from ocp.numerics.polynomial_expressions import is_linear, is_quadratic
 from ocp.optimality.active_set import ACTING, acting_on_states, strongest_multipliers
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
@@ -34,29 +32,21 @@ from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
 
 # Gauss points of an interval, and evaluations of the Hamiltonian in all: on fine meshes fewer
-# points of an interval are looked at
+# points of an interval are looked at.
 _POINTS = 4
-_EVALUATIONS = 200_000
-
-# Instants of a phase, at most, where what controls do may change for a short time
-_DENSELY = 1000
+_MOST_EVALUATIONS = 200_000
 
 # Part of the largest curvature, and of a control, that is rounding
 _ROUNDING = 1e-9
 
 # Part of the Hamiltonian's terms that a difference has to exceed: minima that are as deep as each
-# other, as those of an angle, differ by the errors of the costates
+# other, as those of an angle, differ by the errors of the costates.
 _LEAST = 1e-6
 
-# and the part where a mixed constraint acts: there the costates' errors left up to 7e-3
-# on first meshes, and 1e-5 on those that ended. Where multipliers meet the minimum principle on any
-# mesh, as those of Lobatto's scheme do, costates are of a lower order between the points.
+# and the part where a mixed constraint acts: there the costates' errors left up to 7e-3 on first
+# meshes, and 1e-5 on those that ended. Where multipliers meet the minimum principle on any mesh, as
+# those of Lobatto's scheme do, costates are of a lower order between the points.
 _MUCH = 1e-2
-
-# and where it does and there is one minimum only: what the costates' errors leave is all that could
-# seem better at an optimum. On three such optima, from three meshes each, that was up to 1.5e-2; on
-# nine of other problems nothing. A push at rest that was missed made it more than half.
-_VERY_MUCH = 0.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,10 +58,6 @@ class OtherControls:
     phase : str
     names : (n_u,) str
         Of the controls.
-    intervals : (m,)
-        Their numbers.
-    fractions : (m,)
-        Of the phase's duration, in order.
     times : (m,)
         [s].
     own, best : (m, n_u)
@@ -83,33 +69,21 @@ class OtherControls:
     vanished : bool
         Whether the phase takes no time. It counts as if it lasted the typical duration with the
         best controls, and `less` is what each second of that gains.
-    one_minimum : bool
-        Whether the Hamiltonian and all limits are convex in the controls. Then the best ones are in
-        the motion's own minimum, and a mesh with points there leads to them.
     """
 
     phase: str
     names: tuple[str, ...]
-    intervals: Integers
-    fractions: Array
     times: Array
     own: Array
     best: Array
     less: Array
     weights: Array
     vanished: bool
-    one_minimum: bool
 
     @property
     def gain(self) -> float:
         """What the best controls promise while the rest stays as it is [unit of the objective]."""
         return float(self.weights @ self.less)
-
-    def of_intervals(self, count: int) -> Array:
-        """`gain` of each of all intervals of the phase, shape (count,)."""
-        gains = np.zeros(count)
-        np.add.at(gains, self.intervals, self.weights * self.less)
-        return gains
 
 
 def other_controls(iterate: Iterate, evaluator: Evaluator) -> Iterator[OtherControls]:
@@ -121,7 +95,7 @@ def other_controls(iterate: Iterate, evaluator: Evaluator) -> Iterator[OtherCont
     alone, telling = acting_on_states(iterate), iterate.scheme.informative_multipliers
     for index, strongest in enumerate(strongest_multipliers(iterate)):
         acting = (strongest > ACTING) | (not telling)
-        found = others_of_phase(iterate, evaluator, index, ~alone[index], acting)
+        found = _others_of_phase(iterate, evaluator, index, ~alone[index], acting)
         if found is not None:
             yield found
 
@@ -139,9 +113,11 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     most = max(found, key=lambda other: other.gain)
     k = int(np.argmax(most.less))
     units = {signal.name: signal.unit for signal in iterate.problem.signals[most.phase]}
+    least = _ROUNDING * np.maximum(np.abs(most.own[k]), np.abs(most.best[k]))
+    pair = (np.where(np.abs(of[k]) > least, of[k], 0.0) for of in (most.own, most.best))
     changed = ", ".join(
         f"{with_unit(f'{name} = {best:.4g}', units[name])} instead of {own:.4g}"
-        for name, own, best in zip(most.names, *_without_rounding(most, k), strict=True)
+        for name, own, best in zip(most.names, *pair, strict=True)
         if own != best
     )
     if most.vanished:
@@ -159,22 +135,8 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     )
 
 
-def _without_rounding(others: OtherControls, k: int) -> tuple[Array, Array]:
-    """The motion's controls and the best ones at a point, with zero for what is rounding of it."""
-    pair = others.own[k], others.best[k]
-    least = _ROUNDING * np.maximum(*np.abs(pair))
-    own, best = (np.where(np.abs(values) > least, values, 0.0) for values in pair)
-    return own, best
-
-
-def others_of_phase(
-    iterate: Iterate,
-    evaluator: Evaluator,
-    index: int,
-    where: Flags,
-    acting: Flags | None = None,
-    *,
-    minima_only: bool = False,
+def _others_of_phase(
+    iterate: Iterate, evaluator: Evaluator, index: int, where: Flags, acting: Flags
 ) -> OtherControls | None:
     """The best of what is tried in some intervals of a phase; None if there is no need.
 
@@ -182,132 +144,99 @@ def others_of_phase(
     ----------
     where : (N,)
         In which intervals.
-    acting : (N,), optional
+    acting : (N,)
         In which of them a limit acts, so that only what is much better counts.
-    minima_only : bool
-        Whether there is no need where the Hamiltonian has one minimum only.
     """
-    phase = iterate.trajectory.phases[index]
-    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
-    tried, vanished = tried_signals(iterate, index), iterate.takes_no_time(index)
-    dependence = dependence_on_controls(iterate, evaluator, index)
-    if not tried:
+    phase, vanished = iterate.trajectory.phases[index], iterate.takes_no_time(index)
+    of = dependence_of(iterate, evaluator, index)
+    if not of.signals or not where.any():
         return None
-    # a straight Hamiltonian has its least at an end of what straight limits leave, and neighbours
-    # tell of it, unless limits leave a control no room alone
-    tied = not minima_only and are_tied(iterate, evaluator, index)
-    if dependence.is_straight and not (vanished or tied):
-        return None
-    intervals, tau, weights = _points_of(np.flatnonzero(where), len(tried))
-    if not vanished and dependence.changes_shortly:
-        dense = _dense_points(np.flatnonzero(where), phase.fractions, len(tried))
-        intervals, tau, weights = max((intervals, tau, weights), dense, key=lambda p: p[0].size)
-    if intervals.size == 0:
-        return None
+    intervals, tau, weights = _points_of(np.flatnonzero(where), len(of.signals))
     costates = phase_costates(iterate, index).local(intervals, tau)
+    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
     own = hamiltonian.at(evaluator, iterate.trajectory, costates, intervals, tau)
-    points = (intervals, tau)
-    # the best ones are neighbours then, which the program has compared
-    square = dependence.is_square and tried == hamiltonian.controls and not vanished
-    convex = square and _is_convex(own.curvature)
-    one_minimum = convex and _limits_are_convex(iterate, evaluator, index, points)
-    if one_minimum and not tied:
+    if not vanished and _is_convex(iterate, evaluator, index, of, own.curvature, (intervals, tau)):
         return None
 
-    trials = ControlTrials.of(iterate, evaluator, index, points, costates, one_minimum=one_minimum)
+    trials = ControlTrials.of(iterate, evaluator, index, of, (intervals, tau), costates)
     best, least = trials.best(own.value)
-    less = own.value - least
-    widths = np.diff(phase.breakpoints)
+    less, widths = own.value - least, np.diff(phase.breakpoints)
     if vanished:
         # No control matters there, and any is stationary. What counts is whether a longer phase
         # would pay with the best ones: a second more with its own costs minus the multiplier, which
         # is negative, and the best ones make that less.
         less += duration_multiplier(iterate, index)
         widths = np.diff(phase.fractions) * iterate.scales.time
-    size = np.abs(own.terms).sum(axis=1)
-    loose = np.zeros(intervals.size, dtype=bool) if acting is None else acting[intervals]
-    needed = np.where(loose, _VERY_MUCH if one_minimum else _MUCH, _LEAST)
-    less = np.where(less > needed * size, less, 0.0)
-    times = trials.times[:, 0]
+    needed = np.where(acting[intervals], _MUCH, _LEAST) * np.abs(own.terms).sum(axis=1)
+    less = np.where(less > needed, less, 0.0)
     return OtherControls(
         phase=phase.name,
-        names=tuple(signal.name for signal in tried),
-        intervals=intervals,
-        fractions=(times - phase.start) / (phase.end - phase.start),
-        times=times,
+        names=tuple(signal.name for signal in of.signals),
+        times=trials.times[:, 0],
         own=trials.own,
         best=np.where((less > 0.0)[:, None], best, trials.own),
         less=less,
         weights=weights * widths[intervals],
         vanished=vanished,
-        one_minimum=one_minimum,
     )
 
 
 def _points_of(intervals: Integers, controls: int) -> tuple[Integers, Array, Array]:
     """Gauss points of intervals: numbers, local times, and weights that add up to one in each."""
-    wanted = max(evaluations(controls) * intervals.size, 1)
-    points = int(np.clip(_EVALUATIONS // wanted, 1, _POINTS))
+    wanted = (EVALUATIONS * controls) * intervals.size
+    points = int(np.clip(_MOST_EVALUATIONS // wanted, 1, _POINTS))
     nodes, weights = np.polynomial.legendre.leggauss(points)
     tau, shares = np.tile(0.5 * (nodes + 1.0), intervals.size), np.tile(weights, intervals.size)
     return np.repeat(intervals, points), tau, 0.5 * shares
 
 
-def _dense_points(
-    intervals: Integers, fractions: Array, controls: int
-) -> tuple[Integers, Array, Array]:
-    """As `_points_of`, but the middles of parts of intervals that are about as long as each other.
+def _is_convex(
+    iterate: Iterate,
+    evaluator: Evaluator,
+    index: int,
+    of: Dependence,
+    curvature: Array,
+    points: tuple[Integers, Array],
+) -> bool:
+    """Whether the Hamiltonian and the set of controls that are allowed are convex at points.
+
+    Then the best controls are neighbours, which the program has compared. The allowed ones are a
+    convex set where each constraint is linear in them, or a square function of them that curves
+    away from its only limit: a circle of friction, a thrust of limited size.
 
     Parameters
     ----------
-    fractions : (N + 1,)
-        Breakpoints of the phase.
+    curvature : (m, n_u, n_u)
+        Of the Hamiltonian by the controls alone.
     """
-    count = min(_DENSELY, _EVALUATIONS // evaluations(controls))
-    parts = np.maximum(np.ceil(np.diff(fractions)[intervals] * count).astype(np.int64), 1)
-    of_part = np.repeat(np.arange(intervals.size), parts)
-    number = np.arange(of_part.size) - np.repeat(np.cumsum(parts) - parts, parts)
-    return intervals[of_part], (number + 0.5) / parts[of_part], 1.0 / parts[of_part]
+    if not is_linear(of.value, of.tried):
+        has_others = len(of.signals) > curvature.shape[1]
+        if has_others or not is_quadratic(of.value, of.tried) or not _curves_upwards(curvature):
+            return False
 
-
-def _limits_are_convex(
-    iterate: Iterate, evaluator: Evaluator, index: int, points: tuple[Integers, Array]
-) -> bool:
-    """Whether the controls that path constraints allow are a convex set at points of a phase.
-
-    They are where each constraint is linear in the controls, or a square function of them that
-    curves away from its only limit: a circle of friction, a thrust of limited size.
-    """
-    motion = iterate.trajectory.phases[index]
-    dependence = dependence_on_controls(iterate, evaluator, index)
-    if not dependence.curved:
-        return True
-    if dependence.curvatures is None:
-        return False
-
-    # towards which side each curves
     peaks = iterate.trajectory.peaks_of(iterate.problem)
-    constraints = iterate.transcription.constraints[index]
-    paths = hamiltonian_of(evaluator, iterate.transcription, index).paths
-    curved = [constraints[paths[i]] for i in dependence.curved]
-    limits = [constraint.limits(iterate.parameters, peaks) for constraint in curved]
-    if any(np.isfinite(one).all() for one in limits):
-        return False
-    signs = [1.0 if np.isfinite(upper) else -1.0 for _, upper in limits]
-    curvatures = columnwise(
-        dependence.curvatures,
-        motion.local(*points),
-        evaluator.times(motion, *points)[:, None],
-        evaluator.numbers(iterate.trajectory),
-    )
-    count = len(dependence.columns)
-    return all(
-        _is_convex(sign * curvature.reshape(-1, count, count))
-        for sign, curvature in zip(signs, curvatures, strict=True)
-    )
+    motion, count = iterate.trajectory.phases[index], len(of.signals)
+    for place, constraint in enumerate(of.constraints):
+        expression = of.path[place]
+        if is_linear(expression, of.tried):
+            continue
+        lower, upper = constraint.limits(iterate.parameters, peaks)
+        if not is_quadratic(expression, of.tried) or np.isfinite([lower, upper]).all():
+            return False
+        second = ca.densify(ca.vec(ca.hessian(expression, of.tried)[0]))
+        (curvatures,) = columnwise(
+            ca.Function("curvature", of.inputs[:3], [second]),
+            motion.local(*points),
+            evaluator.times(motion, *points)[:, None],
+            evaluator.numbers(iterate.trajectory),
+        )
+        sign = 1.0 if np.isfinite(upper) else -1.0
+        if not _curves_upwards(sign * curvatures.reshape(-1, count, count)):
+            return False
+    return True
 
 
-def _is_convex(curvature: Array) -> bool:
+def _curves_upwards(curvature: Array) -> bool:
     """Whether symmetric matrices (m, n, n) have no negative eigenvalue beyond rounding."""
     sizes = np.abs(curvature).max(axis=(1, 2))
     return bool((np.linalg.eigvalsh(curvature)[:, 0] >= -_ROUNDING * sizes).all())
