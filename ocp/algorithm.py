@@ -21,7 +21,6 @@ from ocp.nlp.failures import collapsed, failure, remedy_for_kinks
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
-from ocp.problem.integrator_chains import first_degree
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
@@ -334,12 +333,8 @@ def mesh_of(form: Form, settings: Settings, guess: Solution | Trajectory | None)
 
 def first_mesh(problem: Problem, settings: Settings, guess: Trajectory | None = None) -> Mesh:
     """The first mesh of a solve: uniform, unless the guess moves too fast for that."""
-    highest = settings.refinement.highest_degree
-    degrees = [
-        first_degree(problem, phase, settings.scheme, settings.controls, highest)
-        for phase in problem.phases
-    ]
-    uniformly = map(uniform, first_intervals(settings, problem), degrees)
+    intervals = first_intervals(settings, problem)
+    uniformly = [uniform(count, settings.scheme.degree) for count in intervals]
     stated = initial_guess(problem, parameters_of(problem), guess)
     return Mesh(
         tuple(

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any, Protocol
@@ -39,9 +39,7 @@ _TIMES_AS_MANY = (1, 2, 4)
 _EVENLY = np.linspace(0.0, 1.0, 4001)
 
 
-def following(
-    mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str], fractions: Array = _EVENLY
-) -> PhaseMesh:
+def following(mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str]) -> PhaseMesh:
     """The mesh, or one of the same degree that carries the guess better.
 
     Parameters
@@ -51,48 +49,32 @@ def following(
     guess : PhaseGuess
     states : sequence of str
         Names of the signals that the mesh has to carry.
-    fractions : (m,)
-        Of the phase, from 0 to 1, at which the guess is looked at.
     """
-    lines = _relative(guess, states, fractions)
-    if _strays(mesh, fractions, lines) <= _LOST:
+    # states that move, relative to their ranges
+    values = guess.at_fractions(_EVENLY)
+    lines = [values[name] / np.ptp(values[name]) for name in states if np.ptp(values[name]) > 0.0]
+    if _strays(mesh, lines) <= _LOST:
         return mesh
 
-    # half of the intervals follow these fractions, the others the states
+    # half of the intervals follow time, the others the states
     way = np.abs(np.diff(lines, axis=1)).sum(axis=0)
-    evenly = np.linspace(0.0, 1.0, fractions.size)
-    passed = evenly + np.concatenate([[0.0], np.cumsum(way) / way.sum()])
+    passed = _EVENLY + np.concatenate([[0.0], np.cumsum(way) / way.sum()])
     for times in _TIMES_AS_MANY:
         shares = np.linspace(0.0, passed[-1], times * mesh.intervals + 1)
-        points = np.interp(shares, passed, fractions)
+        points = np.interp(shares, passed, _EVENLY)
         points[-1] = 1.0
         finer = PhaseMesh(points, mesh.degrees[:1])
-        if _strays(finer, fractions, lines) <= _KEPT:
+        if _strays(finer, lines) <= _KEPT:
             break
     return finer
 
 
-def carries(mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str], fractions: Array) -> bool:
-    """Whether the mesh keeps the guess; the parameters are those of `following`."""
-    return _strays(mesh, fractions, _relative(guess, states, fractions)) <= _LOST
-
-
-def _relative(guess: PhaseGuess, states: Sequence[str], fractions: Array) -> Array:
-    """States that move, relative to their ranges, (n, m)."""
-    values = guess.at_fractions(fractions)
-    lines = np.array([values[name] for name in states]).reshape(len(states), fractions.size)
-    ranges = np.ptp(lines, axis=1)
-    return np.asarray(lines[ranges > 0.0] / ranges[ranges > 0.0, None])
-
-
-def _strays(mesh: PhaseMesh, fractions: Array, lines: Array) -> float:
+def _strays(mesh: PhaseMesh, lines: Iterable[Array]) -> float:
     """How far the states are from straight lines between as many points as the mesh has."""
     degree = int(mesh.degrees[0])
     steps = np.diff(mesh.breakpoints)[:, None] * np.arange(degree) / degree
     points = np.append((mesh.breakpoints[:-1, None] + steps).ravel(), 1.0)
-    strays = [
-        np.interp(fractions, points, np.interp(points, fractions, line)) - line for line in lines
-    ]
+    strays = [np.interp(_EVENLY, points, np.interp(points, _EVENLY, line)) - line for line in lines]
     return max((float(np.abs(stray).max()) for stray in strays), default=0.0)
 
 
@@ -137,7 +119,22 @@ def drawn_times(
     weights = np.ones(knots.size - 1)
     if weights.size > 1:
         weights = np.exp(random.uniform(-1.0, 1.0, weights.size) * np.log(_SHARES))
-    return _moved(phases, guessed, (first, last), weights)
+
+    # known times stay, and what is between two of these has other parts
+    known = {
+        value
+        for phase in phases
+        for time, value in zip((phase.start, phase.end), guessed[phase.name], strict=True)
+        if not isinstance(time, Between)
+    }
+    targets, stays = knots.copy(), np.array([float(knot) in known for knot in knots])
+    targets[[0, -1]] = np.where(stays[[0, -1]], knots[[0, -1]], [first, last])
+    held = stays | np.isin(np.arange(knots.size), [0, knots.size - 1])
+    passed = np.concatenate([[0.0], np.cumsum(np.diff(knots) * weights)])
+    moved = np.interp(passed, passed[held], np.maximum.accumulate(targets[held]))
+    by_knot = dict(zip(knots.tolist(), moved.tolist(), strict=True))
+    shortest = _SHORTEST * float(knots[-1] - knots[0])
+    return {phase.name: _ends(phase, guessed[phase.name], by_knot, shortest) for phase in phases}
 
 
 def _anywhere(time: Time, otherwise: float, random: np.random.Generator) -> float:
@@ -151,38 +148,6 @@ def _anywhere(time: Time, otherwise: float, random: np.random.Generator) -> floa
 def meet_freely(phases: Sequence[Phase]) -> bool:
     """Whether a phase begins at a free time after another one."""
     return any(isinstance(phase.start, Between) for phase in phases[1:])
-
-
-def _moved(
-    phases: Sequence[Phase], times: Mapping[str, Ends], ends: Ends, weights: Array
-) -> dict[str, Ends]:
-    """Times of which the pieces between two knots have other lengths.
-
-    Parameters
-    ----------
-    ends : of all, where they are free [s].
-    weights : (K - 1,) of the pieces between K knots. Between known times, parts change with it.
-    """
-    known = {
-        value
-        for phase in phases
-        for time, value in zip((phase.start, phase.end), times[phase.name], strict=True)
-        if not isinstance(time, Between)
-    }
-    knots, last = knots_of(times), len(weights)
-    pieces = np.diff(knots) * weights
-    held = sorted({0, last, *(k for k in range(last + 1) if float(knots[k]) in known)})
-
-    moved = knots.copy()
-    for k, end in ((0, ends[0]), (last, ends[1])):
-        moved[k] = knots[k] if float(knots[k]) in known else end
-    shortest = _SHORTEST * float(knots[-1] - knots[0])
-    for a, b in itertools.pairwise(held):
-        passed = pieces[a:b].cumsum()
-        length = max(moved[b] - moved[a], shortest)
-        moved[a + 1 : b + 1] = moved[a] + length * passed / passed[-1]
-    by_knot = dict(zip(knots.tolist(), moved.tolist(), strict=True))
-    return {phase.name: _ends(phase, times[phase.name], by_knot, shortest) for phase in phases}
 
 
 def _ends(phase: Phase, ends: Ends, moved: Mapping[float, float], shortest: float) -> Ends:

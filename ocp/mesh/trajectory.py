@@ -30,7 +30,7 @@ from ocp.problem.functionals import (
 )
 from ocp.problem.instants import within
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, Constant, Signal, Time, Unknown, resolve, scalar
+from ocp.problem.symbols import TIME, Constant, Signal, Time, Unknown, column_of, resolve, scalar
 
 SignalKind = Literal["state", "control", "algebraic"]
 
@@ -321,7 +321,7 @@ class Evaluator:
         sx = scalar(expression, "an expression")
         symbols = resolve(sx, "an expression")
         values = [self._symbol_value(trajectory, symbol, known) for symbol in symbols]
-        inputs = ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1))
+        inputs = column_of(symbols)
         function = ca.Function("number", [inputs], [sx])
         return float(function(ca.DM(values) if values else ca.DM(0, 1)))
 

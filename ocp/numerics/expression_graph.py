@@ -166,6 +166,14 @@ def graph_of(expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]) -> Expressi
     return ExpressionGraph(tuple(instructions), tuple(results))
 
 
+def operations_of(*expressions: ca.SX) -> set[str]:
+    """Names of the operations that scalar expressions are made of, found without their graph."""
+    stacked = ca.densify(ca.vertcat(*expressions, ca.SX(0, 1)))
+    function = ca.Function("expressions", ca.symvar(stacked), [stacked])
+    codes = {function.instruction_id(k) for k in range(function.n_instructions())}
+    return {name for name, code in _codes().items() if code in codes}
+
+
 def operands_of(expression: ca.SX) -> list[ca.SX]:
     """What a scalar expression is the result of: operands, or the arguments of a call."""
     made = expression.dep(0) if expression.is_output() else expression

@@ -19,7 +19,13 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from ocp.numerics.expression_graph import ExpressionGraph, Instruction, Replacement, graph_of
+from ocp.numerics.expression_graph import (
+    ExpressionGraph,
+    Instruction,
+    Replacement,
+    graph_of,
+    operations_of,
+)
 
 _STEPWISE = {"lt", "le", "eq", "ne", "sign", "floor", "ceil"}
 _REMAINDERS = {"fmod", "remainder"}
@@ -46,10 +52,7 @@ def stepwise_operations(
     expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]
 ) -> StepwiseOperations | None:
     """The stepwise operations of scalar expressions, or None where there are none."""
-    # most expressions have none, which is seen without building their graphs
-    function = ca.Function("expressions", list(symbols), [ca.vertcat(*expressions)])
-    codes = {getattr(ca, f"OP_{name.upper()}") for name in _BY_STEPS}
-    if codes.isdisjoint(function.instruction_id(k) for k in range(function.n_instructions())):
+    if operations_of(*expressions).isdisjoint(_BY_STEPS):
         return None
 
     graph = graph_of(expressions, symbols)
@@ -109,21 +112,18 @@ def _with_held(name: str, held: ca.SX) -> Replacement:
     return lambda _: held
 
 
-_KINKED = {ca.OP_FABS: "fabs", ca.OP_FMIN: "fmin", ca.OP_FMAX: "fmax"}
+_KINKED = ("fabs", "fmin", "fmax")
 
 # operations that change where their operand is zero, and where their two operands are equal
-_OF_ONE = {"fabs", "sign"}
-_OF_TWO = {"fmin", "fmax", "lt", "le"}
-_ALL = _OF_ONE | _OF_TWO
+_ALL = {"fabs", "sign", "fmin", "fmax", "lt", "le"}
 
 _Key = tuple[int, ...]
 
 
 def kinked_operations(expression: ca.SX) -> list[str]:
     """CasADi's names of the operations of an expression that have a kink, in order."""
-    function = ca.Function("expression", ca.symvar(expression), [expression])
-    codes = {function.instruction_id(k) for k in range(function.n_instructions())}
-    return [name for code, name in _KINKED.items() if code in codes]
+    found = operations_of(expression)
+    return [name for name in _KINKED if name in found]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -145,10 +145,7 @@ class KinkSurfaces:
     def of(cls, expressions: Sequence[ca.SX]) -> KinkSurfaces:
         """Those of scalar expressions. Where one of these steps instead is for others to say."""
         symbols = ca.symvar(ca.vertcat(*expressions, ca.SX(0, 1)))
-        # most expressions have none, which is seen without building their graphs
-        function = ca.Function("expressions", symbols, [ca.vertcat(*expressions, ca.SX(0, 1))])
-        codes = {getattr(ca, f"OP_{name.upper()}") for name in _ALL}
-        if codes.isdisjoint(function.instruction_id(k) for k in range(function.n_instructions())):
+        if operations_of(*expressions).isdisjoint(_ALL):
             return cls((), ())
 
         graph = graph_of(expressions, symbols)

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from ocp.numerics.expression_graph import graph_of
 from ocp.numerics.kinks import stepwise_operations
 
 
@@ -35,9 +36,7 @@ def _steps_with(expression: ca.SX, variables: ca.SX) -> bool:
     return found is not None and ca.depends_on(ca.vertcat(*found.results), variables)
 
 
-_LINEAR = {ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE}
-_PRODUCTS = {ca.OP_MUL, ca.OP_SQ}
-_POWERS = {ca.OP_CONSTPOW, ca.OP_POW}
+_SUMS = {"add", "sub", "neg", "twice"}
 
 
 def polynomial_degree(
@@ -47,38 +46,33 @@ def polynomial_degree(
 
     Symbols that are not listed count as numbers.
     """
-    own = {s.element_hash(): d for s, d in zip(symbols, degrees, strict=True)}
+    known = {s.element_hash(): d for s, d in zip(symbols, degrees, strict=True)}
     bare = ca.symvar(expression)
-    f = ca.Function("expression", [ca.vertcat(*bare, ca.SX(0, 1))], [expression])
-    work: dict[int, float] = {}
-    numbers: dict[int, float] = {}
-    for k in range(f.n_instructions()):
-        code, inputs, out = f.instruction_id(k), f.instruction_input(k), f.instruction_output(k)
-        if code == ca.OP_OUTPUT:
-            return int(work[inputs[0]]) if math.isfinite(work[inputs[0]]) else None
-        for register in out:
-            numbers.pop(register, None)
-        if code == ca.OP_CONST:
-            work[out[0]], numbers[out[0]] = 0.0, f.instruction_constant(k)
-        elif code == ca.OP_INPUT:
-            work[out[0]] = own.get(bare[inputs[1]].element_hash(), 0)
-        else:
-            power = numbers.get(inputs[-1], math.nan)
-            degree = _combined(code, [work[i] for i in inputs], power)
-            work |= dict.fromkeys(out, degree)  # a call has several, each a number
-    return 0
+    graph, found = graph_of([expression], bare), list[float]()
+    for instruction in graph.instructions:
+        operation, operands = instruction.operation, instruction.operands
+        if operation == "symbol":
+            found.append(known.get(bare[operands[0]].element_hash(), 0))
+            continue
+        last = graph.instructions[operands[-1]] if operands else instruction
+        power = last.number if last.operation == "number" else math.nan
+        found.append(_combined(operation, [found[i] for i in operands], power))
+    degree = found[graph.results[0]]
+    return int(degree) if math.isfinite(degree) else None
 
 
-def _combined(code: int, degrees: Sequence[float], power: float) -> float:
+def _combined(operation: str, degrees: Sequence[float], power: float) -> float:
     """Degree of the result of an operation; infinite if it is no polynomial."""
     if max(degrees, default=0.0) == 0:
         return 0.0
-    if code in _LINEAR:
+    if operation in _SUMS:
         return max(degrees)
-    if code in _PRODUCTS:
-        return sum(degrees) if code == ca.OP_MUL else 2 * degrees[0]
-    if code == ca.OP_DIV and degrees[1] == 0:
+    if operation == "mul":
+        return sum(degrees)
+    if operation == "sq":
+        return 2 * degrees[0]
+    if operation == "div" and degrees[1] == 0:
         return degrees[0]
-    if code in _POWERS and degrees[1] == 0 and power >= 0 and power == int(power):
+    if operation in ("pow", "constpow") and degrees[1] == 0 and power >= 0 and power % 1 == 0:
         return degrees[0] * power
     return math.inf

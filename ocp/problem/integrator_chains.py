@@ -21,7 +21,6 @@ from ocp.problem.functionals import pieces_over
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import (
-    TIME,
     Algebraic,
     Constant,
     Control,
@@ -32,8 +31,6 @@ from ocp.problem.symbols import (
     Unknown,
     resolve,
 )
-
-_DEGREES = {"constant": 0, "linear": 1}
 
 
 @lru_cache(maxsize=256)
@@ -159,55 +156,3 @@ def enters_linearly(problem: Problem, phase: Phase, control: Control) -> bool:
     expressions += [integral.expression for integral in problem.integrals[phase.name]]
     expressions += [expression for _, expression in pieces_over(problem.peaks, phase.name)]
     return is_linear(ca.vertcat(*expressions, ca.SX(0, 1)), control.symbol)
-
-
-def first_degree(
-    problem: Problem, phase: Phase, scheme: Scheme, controls: Piecewise, highest_degree: int
-) -> int:
-    """Degree of a phase's first mesh: the scheme's, or the higher one that is exact.
-
-    It is the scheme's where the degree that integrates the phase exactly is above
-    `highest_degree`, where there is none, or where the scheme has but one.
-    """
-    if scheme.fixed_degree:
-        return scheme.degree
-    exact = exact_degree(problem, phase, scheme, controls, highest_degree)
-    if exact is None or exact > highest_degree:
-        return scheme.degree
-    return max(scheme.degree, exact)
-
-
-def exact_degree(
-    problem: Problem, phase: Phase, scheme: Scheme, controls: Piecewise, highest_degree: int
-) -> int | None:
-    """The least degree that integrates all states exactly on any mesh; None if there is none.
-
-    It exists where the rates only add and multiply what is a polynomial of time in an interval:
-    constant and linear controls, time, and states that do not feed back on themselves.
-    """
-    rates = list(phase.dynamics.values())
-    shapes = {
-        control: variation_of(problem, phase, control, controls, scheme, highest_degree)
-        for control in problem.controls[phase.name]
-    }
-
-    # what has the scheme's full degree, whatever that is, rules an exact degree out
-    unlimited = [control for control, shape in shapes.items() if shape not in _DEGREES]
-    unlimited += problem.algebraics[phase.name]
-    if any(ca.depends_on(rate, s.symbol) for rate in rates for s in unlimited):
-        return None
-
-    # raise the degrees of the states until they fit those of their rates
-    driving = {control: _DEGREES[shape] for control, shape in shapes.items() if shape in _DEGREES}
-    symbols = [s.symbol for s in (*phase.states, *driving, TIME)]
-    degrees = [0] * len(rates)
-    for _ in range(len(rates) + 1):
-        known = [*degrees, *driving.values(), 1]
-        rate_degrees = [polynomial_degree(rate, symbols, known) for rate in rates]
-        raised = [degree + 1 for degree in rate_degrees if degree is not None]
-        if len(raised) < len(rates):
-            return None
-        if raised == degrees:
-            return max(degrees)
-        degrees = raised
-    return None  # a state feeds back on itself

@@ -7,10 +7,11 @@ from functools import lru_cache
 
 import casadi as ca
 
+from ocp.numerics.expression_graph import operations_of
 from ocp.numerics.kinks import KinkSurfaces, kinked_operations
 from ocp.problem.functionals import Integral, functional_text
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Signal, State, is_number
+from ocp.problem.symbols import Signal, State, column_of, is_number
 
 # Of expressions that are held against each other: that of a negative signal
 _DEPTH = 2
@@ -38,14 +39,11 @@ def kinks_of(problem: Problem) -> tuple[tuple[str, tuple[str, ...]], ...]:
 def choices_of(problem: Problem) -> Iterator[str]:
     """Integrals that choose between values by a signal, in words: they may be a larger of two."""
     for functional in problem.functionals:
+        if not isinstance(functional, Integral):
+            continue
         signals = any(isinstance(symbol, Signal) for symbol in functional.symbols)
-        if isinstance(functional, Integral) and signals:
-            function = ca.Function(
-                "integrand", ca.symvar(functional.expression), [functional.expression]
-            )
-            codes = (function.instruction_id(k) for k in range(function.n_instructions()))
-            if ca.OP_IF_ELSE_ZERO in codes:
-                yield functional_text(functional)
+        if signals and "if_else_zero" in operations_of(functional.expression):
+            yield functional_text(functional)
 
 
 @lru_cache(maxsize=256)
@@ -55,17 +53,11 @@ def crossable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
     Their place depends on states, and may depend on time and numbers, but on nothing that jumps,
     as controls do. A signal that keeps its sign, as a speed that is not negative, crosses none.
     """
-    integrands = [
-        piece
-        for functional in problem.functionals
-        if isinstance(functional, Integral)
-        for where, piece in functional.pieces
-        if where == phase
-    ]
+    integrands = [integral.expression for integral in problem.integrals[phase]]
     surfaces = KinkSurfaces.of([*problem.phase(phase).dynamics.values(), *integrands])
     signals = problem.signals[phase]
-    states = ca.vertcat(*[s.symbol for s in signals if isinstance(s, State)], ca.SX(0, 1))
-    others = ca.vertcat(*[s.symbol for s in signals if not isinstance(s, State)], ca.SX(0, 1))
+    states = column_of(s for s in signals if isinstance(s, State))
+    others = column_of(s for s in signals if not isinstance(s, State))
     return surfaces.only(
         [
             ca.depends_on(g, states)

@@ -18,7 +18,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Constant, Signal, is_number, is_real, resolve, scalar
+from ocp.problem.symbols import Constant, Signal, column_of, is_number, is_real, resolve, scalar
 
 Interval = tuple[float, float]
 
@@ -170,6 +170,6 @@ def _stated_limits(problem: Problem) -> _StatedLimits:
             for state, value in getattr(phase, end).items()
         ]
         places.append({(phase, state): both(value) for phase, state, value in values})
-    constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
-    stacked = ca.densify(ca.vertcat(*stated, ca.SX(0, 1)))
-    return _StatedLimits(ca.Function("limits", [constants], [stacked]), expressions, places)
+    limits = ca.densify(ca.vertcat(*stated, ca.SX(0, 1)))
+    function = ca.Function("limits", [column_of(problem.constants)], [limits])
+    return _StatedLimits(function, expressions, places)

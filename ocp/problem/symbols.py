@@ -7,6 +7,7 @@ bare symbols; a weak table leads from a bare symbol back to the object that decl
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any, Literal, Self, TypeVar
@@ -484,6 +485,11 @@ def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
             )
         symbols.append(symbol)
     return tuple(symbols)
+
+
+def column_of(symbols: Iterable[Symbol]) -> ca.SX:
+    """The bare symbols (n,), a column also where there are none."""
+    return ca.vertcat(*[symbol.symbol for symbol in symbols], ca.SX(0, 1))
 
 
 def scalar(expression: Any, where: str) -> ca.SX:

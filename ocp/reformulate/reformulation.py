@@ -8,13 +8,14 @@ from typing import Any, Protocol, runtime_checkable
 
 import casadi as ca
 
+from ocp.numerics.expression_graph import operations_of
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Symbol, scalar
+from ocp.problem.symbols import Symbol, column_of, scalar
 
-_KINKED = {ca.OP_FABS, ca.OP_FMAX, ca.OP_FMIN, ca.OP_SQRT, ca.OP_HYPOT}
+_KINKED = {"fabs", "fmax", "fmin", "sqrt", "hypot"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,9 +59,9 @@ class Reformulation(Protocol):
 
 def substituted(expression: Any, instead: Mapping[Symbol, Any]) -> ca.SX:
     """An expression with others in place of some of its symbols."""
-    old = ca.vertcat(*[symbol.symbol for symbol in instead], ca.SX(0, 1))
-    new = [scalar(expression, f"'{symbol.name}'") for symbol, expression in instead.items()]
-    return ca.substitute(scalar(expression, "an expression"), old, ca.vertcat(*new, ca.SX(0, 1)))
+    others = [scalar(other, f"'{symbol.name}'") for symbol, other in instead.items()]
+    new = ca.vertcat(*others, ca.SX(0, 1))
+    return ca.substitute(scalar(expression, "an expression"), column_of(instead), new)
 
 
 def with_functionals(
@@ -86,10 +87,7 @@ def with_statement(problem: Problem, objective: ca.SX, **changed: Any) -> Proble
 
 def may_have_kinks(*expressions: ca.SX) -> bool:
     """Whether scalar expressions have an operation with a kink; a root has one at zero."""
-    stacked = ca.vertcat(*expressions, ca.SX(0, 1))
-    function = ca.Function("expressions", ca.symvar(stacked), [stacked])
-    codes = {function.instruction_id(k) for k in range(function.n_instructions())}
-    return not codes.isdisjoint(_KINKED)
+    return not _KINKED.isdisjoint(operations_of(*expressions))
 
 
 def taken_names(problem: Problem) -> list[str]:

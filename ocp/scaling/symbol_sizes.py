@@ -25,7 +25,7 @@ from ocp.problem.functionals import Functional
 from ocp.problem.parameters import Interval, Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, Constant, Signal, Symbol, Unknown
+from ocp.problem.symbols import TIME, Constant, Signal, Symbol, Unknown, column_of
 
 # of a phase, at which a guess is looked at
 FRACTIONS = np.linspace(0.0, 1.0, 17)
@@ -82,15 +82,9 @@ class Variation:
             (self.value, "value at the guess") if self.value > _A_VALUE * move else (move, reason)
         )
 
-    def moving(self, size: float = 0.0) -> set[Symbol]:
-        """What moves the expression by more than next to nothing of its size.
-
-        Parameters
-        ----------
-        size : float
-            Of the expression, if that is more than its value and its moves say.
-        """
-        least = NOTHING * max(size, self.value, largest_finite(self.moves))
+    def moving(self) -> set[Symbol]:
+        """What moves the expression by more than next to nothing of its size."""
+        least = NOTHING * max(self.value, largest_finite(self.moves))
         pairs = zip(self.symbols, self.moves, strict=True)
         return {symbol for symbol, move in pairs if move > least}
 
@@ -133,7 +127,7 @@ class Probe:
             tables.append(moved)
         self.points = np.hstack(tables)
         self.times = np.tile(own.start + FRACTIONS * self.duration, len(tables))
-        self.constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
+        self.constants = column_of(problem.constants)
         self.values = parameters.vector
 
     def variation(self, expression: ca.SX) -> Variation:
@@ -199,7 +193,7 @@ def sizes_by_joint_limits(
         Names of the signals. A bound that depends on any other symbol tells nothing.
     """
     sizes = dict[str, float]()
-    constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
+    constants = column_of(problem.constants)
     bounds = [(phase.name, bound) for phase in problem.phases for bound in phase.bounds]
     for phase, bound in bounds:
         signals = [s for s in bound.symbols if not isinstance(s, Constant)]

@@ -27,7 +27,7 @@ from ocp.problem.functionals import (
     PointValue,
 )
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import resolve
+from ocp.problem.symbols import column_of, resolve
 from ocp.transcription.columns import IntervalGroup, PhaseColumns
 from ocp.transcription.kernel_builder import (
     KernelBuilder,
@@ -375,8 +375,8 @@ def _boundary_block(context: KernelContext, rows: Rows) -> Block:
         scaled = [b.expression / size for b, size in zip(bounds, sizes, strict=True)]
         expressions = ca.vertcat(problem.objective / scales.objective, *scaled)
         inputs = [
-            ca.vertcat(*[f.symbol for f in problem.functionals], ca.SX(0, 1)),
-            ca.vertcat(*[u.symbol for u in problem.unknowns], ca.SX(0, 1)),
+            column_of(problem.functionals),
+            column_of(problem.unknowns),
             context.constants,
         ]
         function = ca.Function("boundary", inputs, [expressions])

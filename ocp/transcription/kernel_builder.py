@@ -18,7 +18,7 @@ from ocp.numerics.piecewise_polynomial import bernstein, elevation, lagrange
 from ocp.problem.instants import within
 from ocp.problem.kinks import crossable_kinks
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME
+from ocp.problem.symbols import TIME, column_of
 from ocp.scaling.scales import Scales
 from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns
 from ocp.transcription.kernels import Block, Kernel
@@ -43,7 +43,7 @@ class KernelContext:
     constants: ca.SX = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        constants = ca.vertcat(*[c.symbol for c in self.problem.constants], ca.SX(0, 1))
+        constants = column_of(self.problem.constants)
         object.__setattr__(self, "constants", constants)
 
     def sizes(self, signals: Sequence[Any]) -> list[float]:
@@ -63,8 +63,8 @@ class KernelContext:
         """Expressions of the phase's signals at a point."""
         if not wanted:
             return []
-        signals = ca.vertcat(*[s.symbol for s in columns.signals], ca.SX(0, 1))
-        unknowns = ca.vertcat(*[u.symbol for u in self.problem.unknowns], ca.SX(0, 1))
+        signals = column_of(columns.signals)
+        unknowns = column_of(self.problem.unknowns)
         stacked = ca.vertcat(*[ca.densify(ca.SX(expression)) for expression in wanted])
         sides = ca.SX.sym("side", point.sides.numel())
         if point.sides.numel():

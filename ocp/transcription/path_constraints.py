@@ -13,7 +13,7 @@ from ocp.problem.functionals import Peak, pieces_over
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Algebraic, Control, State, Time, resolve
+from ocp.problem.symbols import Algebraic, Control, State, Time, column_of, resolve
 from ocp.scaling.scales import Scales, near_limits
 from ocp.transcription.columns import PhaseColumns
 
@@ -191,6 +191,6 @@ def _is_of_controls(expression: ca.SX, problem: Problem, phase: str) -> bool:
     symbols = resolve(expression, "a path constraint")
     if _is_of_states(expression) or any(isinstance(s, Time) for s in symbols):
         return False
-    controls = ca.vertcat(*[c.symbol for c in problem.controls[phase]], ca.SX(0, 1))
+    controls = column_of(problem.controls[phase])
     slope = ca.jacobian(expression, controls)
     return slope.nnz() > 0 and not ca.depends_on(slope, controls)

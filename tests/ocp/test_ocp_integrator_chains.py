@@ -5,9 +5,7 @@ import numpy as np
 import pytest
 
 from ocp import (
-    TIME,
     Accuracy,
-    Algebraic,
     Between,
     Constant,
     Control,
@@ -23,7 +21,7 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.problem.integrator_chains import chain_length, exact_degree, first_degree, variation_of
+from ocp.problem.integrator_chains import chain_length, variation_of
 
 
 def phase(rates):
@@ -73,54 +71,6 @@ def test_the_chain_is_integrated_without_error_on_any_mesh(scheme):
     assert 720 <= found.objective <= 720 * 1.01
     ends = np.array([found.sample(s, [1.0])[0] for s in (x, v, a)])
     np.testing.assert_allclose(ends, [1, 0, 0], atol=1e-9)
-
-
-def test_degrees_that_are_exact():
-    x, v, u = State("x"), State("v"), Control("u")
-    two = {"constant": 2, "linear": 3, "polynomial": None}
-    for shape, degree in two.items():
-        assert degree_of({x: v, v: u}, controls=shape) == degree
-    assert degree_of({x: v, v: u}) == 3  # automatic: linear
-    assert degree_of({x: v**2, v: 3 * u}, controls="constant") == 3
-    assert degree_of({x: v * TIME, v: u + TIME}, controls="constant") == 4
-    assert degree_of({x: v, v: u - x}, controls="constant") is None  # feeds back
-    assert degree_of({x: ca.sin(v), v: u}, controls="constant") is None
-    z = Algebraic("z")
-    assert degree_of({x: z, v: u}, controls="constant") is None
-
-
-def degree_of(rates, controls="automatic"):
-    p = phase(rates)
-    problem = Problem("p", p, minimise=p.at_end(next(iter(rates))))
-    return exact_degree(problem, p, Radau(), controls, highest_degree=8)
-
-
-@pytest.mark.parametrize("scheme", [Radau(), Gauss(), Lobatto()])
-def test_the_degree_of_the_first_mesh_suffices_for_a_long_chain(scheme):
-    # the last of six integrators of a constant is t^6 / 720: degree 4, the default, misses it
-    states = [State(f"x{i}") for i in range(6)]
-    u = Control("u", piecewise="constant", lower=-1, upper=1)
-    p = Phase(
-        "chain", dict(zip(states, [u, *states], strict=False)), dict.fromkeys(states, 0), end=1.0
-    )
-    found = solve(
-        Problem("far", p, maximise=p.at_end(states[-1])),
-        settings=Settings(scheme=scheme, intervals=3, refinement=FixedMesh()),
-    )
-    assert found.objective == pytest.approx(1 / 720, rel=1e-8)
-    assert found.mesh_iterations[0].dynamics_error <= 1e-13
-    assert set(found.trajectory.phases[0].degrees) == {6}
-    assert found.verification.miss <= 1e-12
-
-
-def test_the_degree_is_not_raised_beyond_the_highest():
-    x, v, u = State("x"), State("v"), Control("u", piecewise="constant")
-    p = phase({x: v**9, v: u})
-    problem = Problem("p", p, minimise=p.at_end(x))
-    assert exact_degree(problem, p, Radau(), "automatic", 8) == 10
-    assert first_degree(problem, p, Radau(), "automatic", 8) == 4
-    assert first_degree(problem, p, Radau(), "automatic", 10) == 10
-    assert first_degree(problem, p, Trapezoid(), "automatic", 10) == 2
 
 
 def in_the_plane(limit):

@@ -238,18 +238,6 @@ def test_a_small_guess_that_moves_something_is_a_size():
     assert scales.reasons["signal", "u"] == "guess"
 
 
-def test_a_guess_of_an_unknown_counts_where_it_moves_a_bound():
-    def unknown_scale(guess, size):
-        x, u, w = State("x"), Control("u"), Unknown("w", lower=0, upper=10, guess=guess)
-        phase = Phase("move", {x: u + w}, {x: 0}, {x: 1}, end=1.0)
-        least = Bound("least", 3 * w, lower=size)
-        problem = Problem("p", phase, minimise=phase.integral(u**2) + w**2, bounds=[least])
-        return scales_around_the_guess(problem).unknowns["w"]
-
-    assert unknown_scale(1e-7, 1.0) == 10.0
-    assert unknown_scale(1e-7, 1e-7) == 1e-7
-
-
 def lidded(size):
     """To and fro at a speed under a limit, a minimum of 4 for a size of one."""
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
@@ -289,4 +277,3 @@ def test_what_moves_an_expression_by_next_to_nothing_of_its_size_does_not_count(
     x, v = State("x"), State("v")
     moves = Variation(value=1.0, symbols=(x, v), moves=(2e-4, 0.5e-4))
     assert {symbol.name for symbol in moves.moving()} == {"x"}
-    assert not moves.moving(size=10.0)
