@@ -6,17 +6,20 @@ A function's buffer reads and writes the arrays themselves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import Array, Integers
 
 # Columns that are evaluated at once. CasADi takes longer to make a map than to evaluate it, by the
 # more the longer it is: maps of this length are made once, and what is left over has a short one.
 _SPAN = 128
+
+# Halvings of the way between two points until their difference is rounding
+_HALVINGS = 60
 
 
 def called(function: ca.Function, *arguments: Array) -> list[Array]:
@@ -63,6 +66,29 @@ def columnwise(function: ca.Function, *arguments: Array) -> list[Array]:
         mapped = _mapped(function, here.stop - begin)
         _evaluate(mapped, [given[here] for given in inputs], [found[here] for found in outputs])
     return [_full(function.sparsity_out(i), found, count) for i, found in enumerate(outputs)]
+
+
+def enclosed(
+    function: Callable[[Array], Array], low: Array, high: Array, numbers: Integers
+) -> tuple[Array, Array]:
+    """Pairs of points, halved until they enclose a change of a function to rounding, (c, n) each.
+
+    Parameters
+    ----------
+    function : callable
+        Takes points (c, n), and returns (c, r) values that are constant piece by piece.
+    low, high : (c, n)
+        Pairs between which a value changes.
+    numbers : (c,)
+        Which value it is, of each pair.
+    """
+    rows = np.arange(numbers.size)
+    before = function(low)[rows, numbers]
+    for _ in range(_HALVINGS if numbers.size else 0):
+        middle = 0.5 * (low + high)
+        same = (function(middle)[rows, numbers] == before)[:, None]
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return low, high
 
 
 @lru_cache(maxsize=256)

@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import itertools
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
-
-import casadi as ca
 
 from ocp.errors import Infeasible, StatementError, StatementWarning
 from ocp.problem.end_limits import limits_broken_at_ends
-from ocp.problem.functionals import BoundaryValue, Functional, PhaseTime, PointValue
-from ocp.problem.symbols import Between, Constant, State, Symbol
+from ocp.problem.functionals import BoundaryValue, PointValue
+from ocp.problem.symbols import Between, State, Symbol
 
 if TYPE_CHECKING:
     from ocp.problem.parameters import Parameters
@@ -49,21 +47,27 @@ def check_before_solve(problem: Problem, parameters: Parameters) -> None:
             )
 
     for first, second in itertools.pairwise(problem.phases):
-        where, shared = _unlinked(problem, first, second)
-        if where:
+        shared = _unlinked(problem, first, second)
+        if shared:
             warnings.warn(
-                f"phase '{second.name}' begins {where}, and both have the state '{shared}', but "
-                "nothing links them; add links=joined(first, second) with these phases, or give "
-                f"'{shared}' an initial value in '{second.name}' if it starts afresh",
+                f"phase '{second.name}' begins {_when(second)}, where '{first.name}' ends, and "
+                f"both have the state '{shared}', but nothing links them; add links=joined(first, "
+                f"second) with these phases, or give '{shared}' an initial value in "
+                f"'{second.name}' if it starts afresh",
                 StatementWarning,
                 stacklevel=3,
             )
 
     for phase in problem.phases:
-        for what, values in _boundary_values(parameters):
-            for state in phase.states:
-                if (phase.name, state.name) in values:
-                    _check_inside(phase, what, state, values[phase.name, state.name], parameters)
+        for what, state, (low, high) in _boundary_values(phase, parameters):
+            lower, upper = parameters.signal_limits[state.name]
+            if low > upper or high < lower:
+                given = f"{low:g}" if low == high else f"({low:g}, {high:g})"
+                raise StatementError(
+                    f"the {what} value {given} of '{state.name}' in phase '{phase.name}' lies "
+                    f"outside its bounds [{lower:g}, {upper:g}]{_at(parameters)}; change one of "
+                    "them"
+                )
         _check_guess(problem, phase)
         for state in _unused(problem, phase):
             warnings.warn(
@@ -73,10 +77,6 @@ def check_before_solve(problem: Problem, parameters: Parameters) -> None:
                 stacklevel=3,
             )
 
-    _check_ends(problem, parameters)
-
-
-def _check_ends(problem: Problem, parameters: Parameters) -> None:
     broken = list(limits_broken_at_ends(problem, parameters))
     if broken:
         raise Infeasible(
@@ -94,33 +94,23 @@ def _limits(problem: Problem, parameters: Parameters) -> Iterator[tuple[str, tup
         for bound in phase.bounds:
             limits = parameters.bound_limits[phase.name, bound.name]
             yield f"the limits of '{bound.name}' in '{phase.name}'", limits
-        for what, values in _boundary_values(parameters):
-            for state in phase.states:
-                if (phase.name, state.name) in values:
-                    limits = values[phase.name, state.name]
-                    yield f"the {what} values of '{state.name}' in '{phase.name}'", limits
+        for what, state, limits in _boundary_values(phase, parameters):
+            yield f"the {what} values of '{state.name}' in '{phase.name}'", limits
     for bound in problem.boundary_constraints:
         yield f"the limits of '{bound.name}'", parameters.bound_limits["", bound.name]
 
 
 def _boundary_values(
-    parameters: Parameters,
-) -> tuple[tuple[str, Mapping[tuple[str, str], tuple[float, float]]], ...]:
-    """Both ends, in words, and the boundary values there."""
-    return ("initial", parameters.initial_values), ("final", parameters.final_values)
-
-
-def _check_inside(
-    phase: Phase, what: str, state: State, value: tuple[float, float], parameters: Parameters
-) -> None:
-    low, high = value
-    lower, upper = parameters.signal_limits[state.name]
-    if low > upper or high < lower:
-        given = f"{low:g}" if low == high else f"({low:g}, {high:g})"
-        raise StatementError(
-            f"the {what} value {given} of '{state.name}' in phase '{phase.name}' lies outside its "
-            f"bounds [{lower:g}, {upper:g}]{_at(parameters)}; change one of them"
-        )
+    phase: Phase, parameters: Parameters
+) -> Iterator[tuple[str, State, tuple[float, float]]]:
+    """The end in words, the state, and the limits of each boundary value of a phase."""
+    for what, values in (
+        ("initial", parameters.initial_values),
+        ("final", parameters.final_values),
+    ):
+        for state in phase.states:
+            if (phase.name, state.name) in values:
+                yield what, state, values[phase.name, state.name]
 
 
 def _at(parameters: Parameters) -> str:
@@ -140,63 +130,38 @@ def _check_guess(problem: Problem, phase: Phase) -> None:
             )
 
 
-def _unlinked(problem: Problem, first: Phase, second: Phase) -> tuple[str, str]:
-    """Where two phases meet without a link and a state that both have; empty if they do not.
+def _unlinked(problem: Problem, first: Phase, second: Phase) -> str:
+    """A state that two phases have which meet without a link; empty if there is none.
 
-    They are linked where anything of the problem is a value at the start of the second phase, be it
-    in a jump, in a price or in a bound with an unknown that stands between the two. A state with an
-    initial value, or a range of them, is known to start again.
+    They meet where the end of the one and the start of the other have the same limits, unless they
+    have both times in common and run side by side. They are linked where anything of the problem is
+    a value at the start of the second phase, be it in a jump, in a price or in a bound with an
+    unknown that stands between the two. A state with an initial value is known to start again.
     """
+    (begins, ends), (again, end) = ([_range(t) for t in (p.start, p.end)] for p in (first, second))
     shared = [s for s in second.states if s in first.dynamics and s not in second.initial]
-    if not shared or any(_is_at_start(f, second, shared) for f in problem.functionals):
-        return "", ""
-    return _meeting(problem, first, second), shared[0].name
+    if not shared or ends != again or (begins, ends) == (again, end):
+        return ""
+    for functional in problem.functionals:
+        # a set, because symbols that are compared make a relation
+        if functional.phase == second.name and {*shared} & {*functional.symbols}:
+            if isinstance(functional, BoundaryValue) and functional.end == "start":
+                return ""
+            if isinstance(functional, PointValue) and functional.instant == second.start:
+                return ""
+    return shared[0].name
 
 
-def _is_at_start(functional: Functional, phase: Phase, states: Sequence[State]) -> bool:
-    """Whether a functional is a value of one of the states at the start of a phase."""
-    match functional:
-        case BoundaryValue():
-            there = functional.end == "start"
-        case PointValue():
-            there = functional.instant == phase.start
-        case _:
-            there = False
-    # a set, because symbols that are compared make a relation
-    return there and functional.phase == phase.name and bool({*states} & {*functional.symbols})
+def _range(time: float | Between) -> tuple[float, float]:
+    """The limits of a time of a phase [s]."""
+    limits = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
+    return float(limits[0]), float(limits[1])
 
 
-def _meeting(problem: Problem, first: Phase, second: Phase) -> str:
-    """Where one phase begins as another one ends, in words; empty if nothing says that it does.
-
-    The end of the one and the start of the other have the same limits, or a bound links the two
-    times alone. Phases that have both times in common run side by side.
-    """
-    (begins, ends), (low, high) = _ranges(first), _ranges(second)[0]
-    if ends == (low, high) and (begins, ends) != _ranges(second):
-        where = f"at {low} s" if low == high else f"between {low} s and {high} s"
-        return f"{where}, where '{first.name}' {'ends' if low == high else 'may end'}"
-    times = {(first.name, "end"), (second.name, "start")}
-    for bound in problem.boundary_constraints:
-        named = [s for s in bound.symbols if not isinstance(s, Constant)]
-        of_phases = {(s.phase, s.end) for s in named if isinstance(s, PhaseTime)}
-        if bound.is_equation and of_phases == times and len(named) == len(times):
-            symbols = ca.vertcat(*[s.symbol for s in named])
-            gap = ca.substitute(bound.expression - bound.lower, symbols, ca.SX.ones(len(named)))
-            if gap.is_zero():
-                return f"when '{first.name}' ends"
-    return ""
-
-
-def _ranges(phase: Phase) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The limits of both times of a phase [s]."""
-    start, end = (
-        (float(time.lower), float(time.upper))
-        if isinstance(time, Between)
-        else (float(time), float(time))
-        for time in (phase.start, phase.end)
-    )
-    return start, end
+def _when(phase: Phase) -> str:
+    """When a phase begins, in words."""
+    low, high = _range(phase.start)
+    return f"at {low} s" if low == high else f"between {low} s and {high} s"
 
 
 def _unused(problem: Problem, phase: Phase) -> list[State]:

@@ -13,29 +13,20 @@ points changes is not seen.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array, Integers
-from ocp.numerics.columnwise import columnwise
+from ocp.arrays import Array
+from ocp.numerics.columnwise import columnwise, enclosed
 from ocp.numerics.kinks import stepwise_operations
-from ocp.problem.symbols import (
-    Constant,
-    Signal,
-    Symbol,
-    Time,
-    Unknown,
-    is_number,
-    resolve,
-)
+from ocp.problem.symbols import Constant, Signal, Symbol, Time, Unknown, is_number, resolve
 from ocp.problem.texts import text_of
 
-# Points that are drawn, pairs of them between which a change is enclosed, and halvings until the
-# two ends differ by rounding
-_POINTS, _PAIRS, _HALVINGS = 33, 4, 60
+# Points that are drawn, and pairs of them between which a change is enclosed
+_POINTS, _PAIRS = 33, 4
 
 # Powers of ten between which the size of a symbol without limits is drawn
 _SIZES = (-2.0, 3.0)
@@ -98,7 +89,7 @@ class Discontinuity:
 
 def discontinuities(
     phase: str,
-    named: Iterable[tuple[str, ca.SX]],
+    named: Sequence[tuple[str, ca.SX]],
     span: tuple[float, float] = (-np.inf, np.inf),
     *,
     free_times: bool = False,
@@ -109,55 +100,50 @@ def discontinuities(
     ----------
     phase : str
         Whose expressions they are; empty for those of numbers of the whole motion.
-    named : iterable of (str, SX)
+    named : sequence of (str, SX)
         Expressions, and what each is in words.
     span : (float, float)
         Between which times the phase is, as far as they are stated [s].
     free_times : bool
         Whether the phase has a free time.
     """
-    texts, expressions = [], []
-    for what, expression in named:
-        texts.append(what)
-        expressions.append(expression)
-    if not expressions:
-        return ()
-    together = ca.vertcat(*expressions)
+    texts = [what for what, _ in named]
+    expressions = [expression for _, expression in named]
+    together = ca.vertcat(*expressions, ca.SX(0, 1))
     bare = ca.symvar(together)
     stepwise = stepwise_operations(expressions, bare)
     if stepwise is None:
         return ()
 
-    symbols = {
-        symbol.symbol.element_hash(): symbol
-        for expression in expressions
-        for symbol in resolve(expression, "a statement")
-    }
+    symbols = {s.symbol.element_hash(): s for e in expressions for s in resolve(e, "a statement")}
     points = _drawn([symbols[own.element_hash()] for own in bare], span)
     inputs = [ca.vertcat(*bare, ca.SX(0, 1))]
-    causes = ca.Function("causes", inputs, [ca.densify(ca.vertcat(*stepwise.results))])
+    function = ca.Function("causes", inputs, [ca.densify(ca.vertcat(*stepwise.results))])
     (values,) = columnwise(ca.Function("values", inputs, [ca.densify(together)]), points)
     sizes = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
     sizes = np.where(sizes > 0.0, sizes, 1.0)
 
-    low, high, numbers = _changes(causes, points)
-    if not numbers.size:
-        return ()
-    before, behind = (columnwise(causes, each)[0] for each in (low, high))
-    on_sides = (columnwise(stepwise.function, high, each)[0] for each in (before, behind))
-    jump = np.abs(np.subtract(*on_sides)) / sizes
-    jump = np.where(np.isfinite(jump), jump, 0.0)
+    def causes(points: Array) -> Array:
+        return columnwise(function, points)[0]
 
-    found = []
+    # both sides of each change, to rounding
+    found = causes(points)
+    differ = (found[1:] != found[:-1]) & np.isfinite(found[1:] + found[:-1])
+    differ &= np.cumsum(differ, axis=0) <= _PAIRS
+    pairs, numbers = np.nonzero(differ)
+    low, high = enclosed(causes, points[pairs], points[pairs + 1], numbers)
+    on_sides = [columnwise(stepwise.function, high, causes(side))[0] for side in (low, high)]
+    jumps = np.nan_to_num(np.abs(on_sides[1] - on_sides[0]) / sizes, nan=0.0, posinf=0.0)
+
+    told = []
     for number in np.unique(numbers):
-        own = jump[numbers == number]
-        column = int(own.max(axis=0).argmax())
-        size = float(own[:, column].max())
+        largest = jumps[numbers == number].max(axis=0)
+        column = int(largest.argmax())
+        size, cause = float(largest[column]), stepwise.results[number]
         if size > _SAME:
-            cause = stepwise.results[number]
             depends = resolve(cause, "a comparison")
-            found.append(Discontinuity(phase, texts[column], cause, depends, size, free_times))
-    return tuple(found)
+            told.append(Discontinuity(phase, texts[column], cause, depends, size, free_times))
+    return tuple(told)
 
 
 def _drawn(symbols: Sequence[Symbol], span: tuple[float, float]) -> Array:
@@ -188,19 +174,3 @@ def _limits(symbol: Symbol) -> tuple[float, float]:
         return -np.inf, np.inf
     lower = float(symbol.lower) if is_number(symbol.lower) else -np.inf
     return lower, float(symbol.upper) if is_number(symbol.upper) else np.inf
-
-
-def _changes(causes: ca.Function, points: Array) -> tuple[Array, Array, Integers]:
-    """Pairs of points (c, n) that enclose changes to rounding, and the numbers of their causes."""
-    (found,) = columnwise(causes, points)
-    differ = (found[1:] != found[:-1]) & np.isfinite(found[1:] + found[:-1])
-    differ &= np.cumsum(differ, axis=0) <= _PAIRS
-    pairs, numbers = np.nonzero(differ)
-    low, high = points[pairs], points[pairs + 1]
-    rows = np.arange(numbers.size)
-    for _ in range(_HALVINGS if numbers.size else 0):
-        middle = 0.5 * (low + high)
-        same = columnwise(causes, middle)[0][rows, numbers] == found[pairs, numbers]
-        low = np.where(same[:, None], middle, low)
-        high = np.where(same[:, None], high, middle)
-    return low, high, numbers

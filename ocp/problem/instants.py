@@ -5,8 +5,8 @@ polynomial follows that, so an interval must end there. Such times are stated, o
 expressions: a comparison of time with a number (as in ``if_else``, ``pw_const`` and ``pw_lin``), a
 sign, an absolute value, a smallest or a largest value changes where its two sides are equal, and a
 quotient may step where its divisor vanishes. What is compared is sampled over the phase, and each
-change is located to rounding. A time that depends on a `Constant` is not read, because a mesh
-serves for all values of the constants.
+change that the samples show is located to rounding. A time that depends on a `Constant` is not
+read, because a mesh serves for all values of the constants.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
+from ocp.numerics.columnwise import columnwise, enclosed
 from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
 from ocp.problem.symbols import TIME, is_real
 
@@ -44,12 +45,8 @@ _OF_WHOLE: dict[str, Callable[[ca.SX], ca.SX]] = {
     "remainder": ca.cos,
 }
 
-# Samples of a function of time over a phase, and how often the surroundings of where it is nearest
-# to zero are sampled again, by how many: it may change for a short time only.
+# Samples of a function of time over a phase
 _SAMPLES = 4001
-_ZOOMS = 4
-_ZOOM_SAMPLES = 33
-_BISECTIONS = 60
 
 
 def stepping_times(expressions: Iterable[ca.SX], start: float, end: float) -> tuple[float, ...]:
@@ -109,43 +106,21 @@ def _vanishing(name: str, sides: Sequence[ca.SX]) -> ca.SX:
 
 def _crossings(functions: Sequence[ca.SX], start: float, end: float) -> tuple[float, ...]:
     """Times inside a phase at which functions of time alone change their signs, in order [s]."""
-    stacked = ca.densify(ca.vertcat(*functions))
-    function = ca.Function("compared", [TIME.symbol], [stacked])
+    function = ca.Function("compared", [TIME.symbol], [ca.densify(ca.vertcat(*functions))])
 
-    def values(times: Array) -> Array:
-        return np.array(function(ca.DM(times).T)).reshape(len(functions), -1)
+    def signs(times: Array) -> Array:
+        return np.sign(columnwise(function, times)[0])
 
-    # a pulse may lie between the samples: its function comes near to zero there
-    times = np.linspace(start, end, _SAMPLES)
-    for _ in range(_ZOOMS):
-        near = np.abs(values(times))
-        lowest = (near[:, 1:-1] <= near[:, :-2]) & (near[:, 1:-1] <= near[:, 2:])
-        lowest &= (near[:, 1:-1] < near[:, :-2]) | (near[:, 1:-1] < near[:, 2:])
-        inner = 1 + np.flatnonzero(lowest.any(axis=0))
-        if inner.size == 0 or inner.size > _MOST:
-            break
-        shares = np.linspace(0.0, 1.0, _ZOOM_SAMPLES)[:, None]
-        around = times[inner - 1] + shares * (times[inner + 1] - times[inner - 1])
-        times = np.union1d(times, around.ravel())
-
-    found: set[float] = set()
-    for above in (np.greater, np.greater_equal):
-        numbers, rows = np.nonzero(np.diff(above(values(times), 0.0), axis=1))
-        if numbers.size > _MOST:
-            return ()
-        if numbers.size == 0:
-            continue
-        low, high, each = times[rows], times[rows + 1], np.arange(numbers.size)
-        before = above(values(low)[numbers, each], 0.0)
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (low + high)
-            same = above(values(middle)[numbers, each], 0.0) == before
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
-        found.update(high.tolist())
+    times = np.linspace(start, end, _SAMPLES)[:, None]
+    found = signs(times)
+    rows, numbers = np.nonzero(found[1:] != found[:-1])
+    if numbers.size > 2 * _MOST:  # two changes where a sample is zero
+        return ()
+    changes = enclosed(signs, times[rows], times[rows + 1], numbers)[1].ravel()
 
     # of those that differ by rounding one
     kept, beside = [start], BESIDE * max(abs(start), abs(end))
-    for time in sorted(found):
+    for time in np.sort(changes).tolist():
         if time - kept[-1] > beside and end - time > beside:
             kept.append(time)
     return tuple(kept[1:])

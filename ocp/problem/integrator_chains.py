@@ -14,8 +14,7 @@ from functools import lru_cache
 
 import casadi as ca
 
-from ocp.numerics.kinks import stepwise_operations
-from ocp.numerics.polynomial_expressions import is_linear, is_quadratic, polynomial_degree
+from ocp.numerics.polynomial_expressions import is_linear, is_quadratic
 from ocp.numerics.schemes import Scheme
 from ocp.problem.functionals import pieces_over
 from ocp.problem.phase import Phase
@@ -27,7 +26,6 @@ from ocp.problem.symbols import (
     Piecewise,
     State,
     Symbol,
-    Time,
     Unknown,
     resolve,
 )
@@ -79,8 +77,8 @@ def variation_of(
     "automatic" is linear for a control that drives a chain of two or more integrators which the
     scheme then integrates exactly, and polynomial otherwise. A control in an equation of the phase,
     such as an acceleration of implicit dynamics, is polynomial: it then has a value of its own at
-    each point at which the equation is imposed. So is one whose limits are curved, in time or with
-    other controls, because straight lines would need very many intervals to follow them. An
+    each point at which the equation is imposed. So is one whose limits are curved with other
+    controls, because straight lines would need very many intervals to follow them. An
     automatic polynomial in which the phase is linear has one coefficient fewer than there are
     collocation points, see `enters_linearly`. "full" is "automatic" without this.
     """
@@ -104,16 +102,13 @@ def in_equation(control: Control, phase: Phase) -> bool:
 
 @lru_cache(maxsize=256)
 def _has_curved_limit(problem: Problem, phase: Phase, control: Control) -> bool:
-    """Whether a limit or peak of a control and not of states is curved, in time or with others."""
+    """Whether a limit or peak of several controls and of no state is curved."""
     limited = [bound.expression for bound in phase.bounds]
     limited += [expression for _, expression in pieces_over(problem.peaks, phase.name)]
-    return any(
-        _is_curved(expression, control) or _is_curved_with_others(expression, control)
-        for expression in limited
-    )
+    return any(_is_curved(expression, control) for expression in limited)
 
 
-def _is_curved_with_others(expression: ca.SX, control: Control) -> bool:
+def _is_curved(expression: ca.SX, control: Control) -> bool:
     """Whether a limit of several controls and of no state is a quadratic function of this one.
 
     Controls that turn along such a limit, as that of a thrust, follow an arc and no straight lines.
@@ -125,23 +120,6 @@ def _is_curved_with_others(expression: ca.SX, control: Control) -> bool:
     several = controls.numel() > 1 and ca.depends_on(expression, control.symbol)
     quadratic = several and is_quadratic(expression, control.symbol)
     return quadratic and not is_linear(expression, control.symbol)
-
-
-def _is_curved(expression: ca.SX, control: Control) -> bool:
-    """Whether a limit of a control depends on time, on no state, and is not piecewise linear."""
-    symbols = resolve(expression, "a limit")
-    times = [symbol.symbol for symbol in symbols if isinstance(symbol, Time)]
-    of_states = any(isinstance(symbol, (State, Algebraic)) for symbol in symbols)
-    if of_states or not times or not ca.depends_on(expression, control.symbol):
-        return False
-    # between known times a comparison is a number
-    all_symbols = [symbol.symbol for symbol in symbols]
-    stepwise = stepwise_operations([expression], all_symbols)
-    if stepwise is not None:
-        results = [ca.SX.sym("result") for _ in stepwise.results]
-        expression = stepwise.function(ca.vertcat(*all_symbols), ca.vertcat(*results))
-    degree = polynomial_degree(expression, times, [1] * len(times))
-    return degree is None or degree > 1
 
 
 @lru_cache(maxsize=256)

@@ -139,9 +139,7 @@ class Phase:
             derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
         object.__setattr__(self, "dynamics", derivatives)
         object.__setattr__(self, "bounds", checked_bounds(self.bounds, f"phase '{self.name}'"))
-        first = self.start.lower if isinstance(self.start, Between) else self.start
-        last = self.end.upper if isinstance(self.end, Between) else self.end
-        stated = checked_breakpoints(self.breakpoints, self.name, first, last)
+        stated = checked_breakpoints(self.breakpoints, self.name, *time_range(self))
         object.__setattr__(self, "breakpoints", stated)
 
         # what follows from the statement is worked out once
@@ -316,6 +314,14 @@ class Phase:
     def _kept(self, functional: Kind) -> Kind:
         functional.remember_phases([self.dynamics])
         return kept_alive(functional, [self])
+
+
+def time_range(phase: Phase) -> tuple[float, float]:
+    """The earliest start and the latest end [s]; infinite where nothing limits a free one."""
+    start, end = phase.start, phase.end
+    earliest = start.lower if isinstance(start, Between) else start
+    latest = end.upper if isinstance(end, Between) else end
+    return float(earliest), float(latest)
 
 
 def kept_alive(functional: Kind, phases: Iterable[Phase]) -> Kind:

@@ -26,7 +26,7 @@ from ocp.problem.functionals import (
     pieces_over,
 )
 from ocp.problem.instants import stepping_times
-from ocp.problem.phase import Phase
+from ocp.problem.phase import Phase, time_range
 from ocp.problem.statement_checks import check_problem
 from ocp.problem.symbols import (
     Algebraic,
@@ -154,15 +154,10 @@ class Problem:
     @cached_property
     def discontinuities(self) -> tuple[Discontinuity, ...]:
         """Jumps of the statement's expressions, see `ocp.problem.discontinuities`."""
-        found = list(discontinuities("", self._of_numbers()))
+        found = list(discontinuities("", list(self._of_numbers())))
         for phase in self.phases:
-            start, end = phase.start, phase.end
-            span = (
-                start.lower if isinstance(start, Between) else float(start),
-                end.upper if isinstance(end, Between) else float(end),
-            )
-            free = not phase.has_fixed_times
-            found += discontinuities(phase.name, self._along(phase), span, free_times=free)
+            free, along = not phase.has_fixed_times, list(self._along(phase))
+            found += discontinuities(phase.name, along, time_range(phase), free_times=free)
         return tuple(found)
 
     @property

@@ -487,6 +487,16 @@ def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
     return tuple(symbols)
 
 
+def declared_value(expression: Any) -> float | None:
+    """Of an expression of numbers and constants, as these are declared; None of any other."""
+    symbols = resolve(expression, "an expression")
+    values = [symbol.value for symbol in symbols if isinstance(symbol, Constant)]
+    if len(values) < len(symbols):
+        return None
+    function = ca.Function("value", [s.symbol for s in symbols], [scalar(expression, "it")])
+    return float(function.call(values)[0])
+
+
 def column_of(symbols: Iterable[Symbol]) -> ca.SX:
     """The bare symbols (n,), a column also where there are none."""
     return ca.vertcat(*[symbol.symbol for symbol in symbols], ca.SX(0, 1))

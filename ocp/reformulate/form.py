@@ -54,8 +54,6 @@ class Form:
         The same object where there is nothing to reformulate.
     back, forth : mapping of Symbol to SX
         As of `Restated`, from and to the statement.
-    conditions : tuple of (str, SX)
-        As of `Restated`.
     passes : tuple of str
         The reformulations that were asked for.
     """
@@ -64,7 +62,6 @@ class Form:
     problem: Problem
     back: Mapping[Symbol, ca.SX] = field(default_factory=dict)
     forth: Mapping[Symbol, ca.SX] = field(default_factory=dict)
-    conditions: tuple[tuple[str, ca.SX], ...] = ()
     passes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -87,42 +84,11 @@ class Form:
         back = {s: substituted(e, restated.back) for s, e in self.back.items()}
         back |= {s: scalar(e, s.name) for s, e in restated.back.items() if s in before}
         forth = {s: substituted(e, self.forth) for s, e in restated.forth.items()}
-        return replace(
-            self,
-            problem=new,
-            back=back,
-            forth={**self.forth, **forth},
-            conditions=(*self.conditions, *((w, scalar(e, w)) for w, e in restated.conditions)),
-        )
+        return replace(self, problem=new, back=back, forth={**self.forth, **forth})
 
     def parameters(self, changed: Mapping[Constant, float] | None = None) -> Parameters:
-        """The constants, those that are changed at their new values, and the limits there.
-
-        Raises
-        ------
-        StatementError
-            As of `parameters_of`, and where the problem is none of the statement at these values.
-        """
-        parameters = parameters_of(self.problem, changed)
-        if changed and self.conditions:
-            self._check(parameters)
-        return parameters
-
-    def _check(self, parameters: Parameters) -> None:
-        """StatementError where a condition does not hold at the values of the constants."""
-        for words, expression in self.conditions:
-            constants = [s for s in resolve(expression, words) if isinstance(s, Constant)]
-            values = [parameters.values[constant.name] for constant in constants]
-            function = ca.Function("condition", [c.symbol for c in constants], [expression])
-            if float(function.call(values)[0]) < 0.0:
-                given = ", ".join(
-                    f"'{c.name}' = {v:g}" for c, v in zip(constants, values, strict=True)
-                )
-                raise StatementError(
-                    f"with {given} {words} in problem '{self.statement.name}', but what is solved "
-                    "in its place builds on that; declare the constants with values of these "
-                    "signs, and state the problem again"
-                )
+        """The constants, those that are changed at their new values, and the limits there."""
+        return parameters_of(self.problem, changed)
 
     def stated(self, motion: Trajectory) -> Trajectory:
         """A motion of the problem as one of the statement."""

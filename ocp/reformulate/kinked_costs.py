@@ -21,7 +21,7 @@ stands for all, where its typical value is known (see `ocp.reformulate.vector_si
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
@@ -32,13 +32,18 @@ from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional, Integral
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Constant, Control, Signal, Unknown, is_limited, resolve
+from ocp.problem.symbols import (
+    Control,
+    Signal,
+    Unknown,
+    declared_value,
+    is_limited,
+    resolve,
+)
 from ocp.problem.texts import text_of, unit_of
 from ocp.reformulate.costs import (
     LONGEST_NAME,
     Kink,
-    at_some_times,
-    constant_value,
     kinks_that_cost,
     unlike,
 )
@@ -67,7 +72,6 @@ class KinkedCosts:
             return None
         controls = _Controls(taken_names(problem))
         replaced, used = dict[Functional, Functional](), dict[str, list[_Above]]()
-        conditions = list[tuple[str, ca.SX]]()
         for integral in integrals:
             phase = problem.phase(integral.phase)
             expression, above = _without_kinks(integral, phase, _sign(problem, integral), controls)
@@ -76,7 +80,6 @@ class KinkedCosts:
                 piece = ((integral.phase, expression),)
                 replaced[integral] = replace(integral, pieces=piece, symbols=symbols)
                 used.setdefault(phase.name, []).extend(above)
-                conditions += _conditions(problem, phase, integral, expression, above)
         if not replaced:
             return None
 
@@ -85,7 +88,6 @@ class KinkedCosts:
             with_functionals(problem, phases, replaced),
             back={old: new.symbol for old, new in replaced.items()},
             forth={above.control: above.largest for above in controls.made.values()},
-            conditions=conditions,
         )
 
 
@@ -129,33 +131,10 @@ def _sign_of_weight(integral: Integral, expression: ca.SX) -> int | None:
     """Of a constant weight of an integral, 0 where it is none, None where there is no integral."""
     if not ca.depends_on(expression, integral.symbol):
         return None
-    weight = ca.densify(ca.jacobian(expression, integral.symbol))
-    symbols = resolve(weight, "a weight")
-    if not all(isinstance(s, Constant) for s in symbols) or not is_linear(
-        expression, integral.symbol
-    ):
+    value = declared_value(ca.densify(ca.jacobian(expression, integral.symbol)))
+    if value is None or not is_linear(expression, integral.symbol):
         return 0
-    value = constant_value(weight)
     return (value > 0) - (value < 0)
-
-
-def _conditions(
-    problem: Problem, phase: Phase, integral: Integral, expression: ca.SX, above: Sequence[_Above]
-) -> Iterator[tuple[str, ca.SX]]:
-    """What a larger value of each control costs, where constants say so.
-
-    Where a constant changes its sign, the optimum has no largest value of the control.
-    """
-    terms = [(problem.objective, 1.0)]
-    for bound in problem.boundary_constraints:
-        terms.append((bound.expression, 1.0 if is_limited(-math.inf, bound.upper) else -1.0))
-    for control in (each.control for each in above):
-        own = ca.jacobian(expression, control.symbol)
-        for term, sign in terms:
-            price = ca.densify(sign * ca.jacobian(term, integral.symbol) * own)
-            if any(isinstance(symbol, Constant) for symbol in resolve(price, "a price")):
-                words = f"a larger '{control.name}' no longer costs"
-                yield from ((words, at_time) for at_time in at_some_times(price, phase))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -34,14 +34,11 @@ class Restated:
     forth : mapping of Symbol to expression
         Signals and unknowns of the new statement by symbols of the old one [its unit]. A guess that
         lacks them gets them so; those left out get the guess of the new statement.
-    conditions : sequence of (str, expression of constants)
-        What must not be negative at the values of the constants, and what is wrong if it is.
     """
 
     problem: Problem
     back: Mapping[Symbol, Any] = field(default_factory=dict)
     forth: Mapping[Symbol, Any] = field(default_factory=dict)
-    conditions: Sequence[tuple[str, Any]] = ()
 
 
 @runtime_checkable

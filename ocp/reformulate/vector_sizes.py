@@ -14,11 +14,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array
 from ocp.numerics.expression_graph import ExpressionGraph, Instruction
 from ocp.numerics.polynomial_expressions import is_linear
 from ocp.problem.bounds import Bound
-from ocp.problem.symbols import Constant, Control, Symbol, is_limited, resolve, scalar
+from ocp.problem.symbols import Constant, Control, Symbol, column_of, declared_value, resolve
 from ocp.problem.texts import unit_of
 
 # Of its typical value: what keeps the limit of a size smooth at zero. A size is too small by half
@@ -26,14 +25,8 @@ from ocp.problem.texts import unit_of
 # for all else, the objective is off by what a certificate allows.
 _ROUNDED = 1e-8
 
-# Part of the largest value up to which two expressions that are proportional may differ
-_ROUNDING = 1e-9
-
 # Of expressions that are held against each other: a sum of a few squares
 _DEPTH = 8
-
-# Values of controls, in their sizes, by which proportional expressions are told from others
-_TRIED = 5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -139,13 +132,13 @@ def _typical(square: ca.SX, bounds: Iterable[Bound]) -> float | None:
     controls = [symbol for symbol in symbols if isinstance(symbol, Control)]
     if not controls or not all(isinstance(symbol, (Control, Constant)) for symbol in symbols):
         return None
-    bare = ca.vertcat(*[control.symbol for control in controls])
+    bare = column_of(controls)
     slopes = ca.gradient(square, bare)
     at_rest = ca.substitute(ca.vertcat(square, slopes), bare, ca.DM.zeros(bare.shape))
     if not is_linear(slopes, bare) or not ca.simplify(at_rest).is_zero():
         return None
 
-    found = [_by_limits_of(controls, square), *(_by_bound(b, controls, square) for b in bounds)]
+    found = [_by_limits_of(controls, square), *(_by_bound(b, square) for b in bounds)]
     known = [size for size in found if size is not None and 0.0 < size < math.inf]
     return min(known, default=None)
 
@@ -155,51 +148,24 @@ def _by_limits_of(controls: Sequence[Control], square: ca.SX) -> float | None:
     sizes = np.array([_largest(control) for control in controls])
     if not np.all(np.isfinite(sizes)):
         return None
-    return math.sqrt(float(_values(square, controls, np.diag(sizes)).sum()))
+    bare = column_of(controls)
+    alone = [declared_value(ca.substitute(square, bare, ca.DM(row))) for row in np.diag(sizes)]
+    return math.sqrt(sum(value for value in alone if value is not None))
 
 
 def _largest(control: Control) -> float:
     """The stated size of a control, else of its limits, else infinity."""
     if control.scale is not None:
         return control.scale
-    return max(abs(_number(limit)) for limit in (control.lower, control.upper))
+    limits = [declared_value(limit) for limit in (control.lower, control.upper)]
+    return max(math.inf if limit is None else abs(limit) for limit in limits)
 
 
-def _by_bound(bound: Bound, controls: Sequence[Control], square: ca.SX) -> float | None:
+def _by_bound(bound: Bound, square: ca.SX) -> float | None:
     """The largest size by a bound of its own, or of its square; None if the bound is another."""
-    known = (*controls, *(s for s in bound.symbols if isinstance(s, Constant)))
-    limit = _number(bound.upper)
-    if not is_limited(-math.inf, bound.upper) or not set(bound.symbols) <= set(known):
+    limit = declared_value(bound.upper)
+    if limit is None or not 0.0 < limit < math.inf:
         return None
-
-    # proportional expressions are so at any values of the controls
-    tried = np.random.default_rng(0).uniform(-1.0, 1.0, (_TRIED, len(controls)))
-    squares = _values(square, controls, tried)
-    values = _values(bound.expression, controls, np.vstack([0.0 * tried[:1], tried]))
-    values, room = values[1:] - values[0], limit - values[0]
-    for power in (1.0, 0.5):
-        factors = values / squares**power
-        if np.ptp(factors) <= _ROUNDING * np.abs(factors).max() and factors[0] > 0.0:
-            share = room / float(factors[0])
-            return float(share ** (0.5 / power)) if share > 0.0 else None
-    return None
-
-
-def _values(expression: ca.SX, controls: Sequence[Control], values: Array) -> Array:
-    """An expression of controls and constants at values (n, controls), (n,)."""
-    known = set(controls)
-    constants = [s for s in resolve(expression, "a size") if s not in known]
-    assert all(isinstance(constant, Constant) for constant in constants)
-    bare = ca.vertcat(*[control.symbol for control in controls])
-    function = ca.Function("values", [bare, *[c.symbol for c in constants]], [expression])
-    given = [float(c.value) for c in constants if isinstance(c, Constant)]
-    return np.array([float(function(row, *given)) for row in values])
-
-
-def _number(limit: object) -> float:
-    """The value of a limit of numbers and constants, as these are declared, else infinity."""
-    expression = scalar(limit, "a limit")
-    constants = resolve(expression, "a limit")
-    if not all(isinstance(constant, Constant) for constant in constants):
-        return math.inf
-    return float(_values(expression, (), np.zeros((1, 0)))[0])
+    if ca.is_equal(bound.expression, square, _DEPTH):
+        return math.sqrt(limit)
+    return limit if ca.is_equal(bound.expression, ca.sqrt(square), _DEPTH) else None

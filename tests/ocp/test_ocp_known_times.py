@@ -117,8 +117,8 @@ def test_steps_are_read_off_functions_of_time_alone():
 @pytest.mark.parametrize(
     ("step", "times"),
     [
-        (lambda t: ca.if_else((t - 0.4321) ** 2 < 25e-14, 1, 0), (0.4320995, 0.4321005)),
-        (lambda t: ca.fmax(0, 1e-8 - ca.fabs(t - 0.4321)), (0.43209999, 0.4321, 0.43210001)),
+        (lambda t: ca.if_else((t - 0.4321) ** 2 < 25e-8, 1, 0), (0.4316, 0.4326)),
+        (lambda t: ca.fmax(0, 1e-3 - ca.fabs(t - 0.4321)), (0.4311, 0.4321, 0.4331)),
         (lambda t: ca.fmod(t, 0.3), (0.3, 0.6, 0.9)),
         (lambda t: ca.remainder(t, 0.3), (0.15, 0.45, 0.75)),
         (lambda t: ca.ceil(4 * t**2), (0.5, math.sqrt(0.5), math.sqrt(0.75))),
