@@ -8,8 +8,7 @@ the map of the rows.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
 from typing import Any, assert_never
 
 import casadi as ca
@@ -113,7 +112,9 @@ class PhaseBlocks:
         for group in columns.groups:
             if not group.collocation.ends_on_support:
                 yield self._continuity(group, own)
-        yield from self._all_of_controls(own)
+        for number, constraint in enumerate(self.constraints):
+            for group in columns.groups if constraint.of_controls else ():
+                yield self._of_controls(group, number, own)
         yield from self._joints(own)
 
         for points in (*self._ends_of_phase(), *extra):
@@ -127,7 +128,7 @@ class PhaseBlocks:
         """Dynamics, path constraints and integrands at the collocation points of a group."""
         columns, context, scales = self.columns, self.context, self.context.scales
         phase, rule = columns.phase, group.collocation
-        builder, point = collocation_point(context, columns, group)
+        builder, point, slope, weight = collocation_point(context, columns, group)
 
         weights = context.problem.summed
         summed = [f for f in weights if f.phase == phase.name]
@@ -146,10 +147,10 @@ class PhaseBlocks:
             rates, costs = values[:n_x], values[n_x : n_x + n_w]
             integrands, paths = values[n_x + n_w : n_x + n_w + n_q], values[n_x + n_w + n_q :]
 
-            measure = point.weight * point.length
+            measure = weight * point.length
             terms = [weights[f] * measure * v for f, v in zip(summed, costs, strict=True)]
             objective = sum(terms, ca.SX(0)) / scales.objective
-            defects = [(point.slope[j] - point.length * rates[j]) / sizes[j] for j in range(n_x)]
+            defects = [(slope[j] - point.length * rates[j]) / sizes[j] for j in range(n_x)]
             limited = [
                 _path_row(c, value, peak)
                 for c, value, peak in zip(sampled, paths, peaks, strict=True)
@@ -194,34 +195,41 @@ class PhaseBlocks:
         if self.columns.mesh.moving.any():
             yield self._breakpoints(own)
 
-    def _all_of_controls(self, own: PhaseRows) -> Iterator[Block]:
-        """The constraints of controls alone, in all groups of intervals."""
-        for number, constraint in enumerate(self.constraints):
-            if constraint.of_controls:
-                for group in self.columns.groups:
-                    yield self._of_controls(group, number, own)
-
     def _of_controls(self, group: IntervalGroup, number: int, own: PhaseRows) -> Block:
         """A constraint of controls alone at its Bernstein coefficients, which bound it."""
         context, columns, constraint = self.context, self.columns, self.constraints[number]
         symbols = resolve(constraint.expression, constraint.name)
         builder, point, count = coefficient_point(context, columns, group, set(symbols))
+        tau = np.array([0.5]) if count == 1 else np.arange(count) / (count - 1)
+        intervals = np.repeat(group.intervals, count)
+        # the integral of each Bernstein polynomial is the same, and so is its weight
+        weights = np.full(intervals.size, 1.0 / count)
+        places = intervals, np.tile(tau, group.intervals.size), weights
+        key = "coefficients", group.collocation.degree, count
+        return self._limited(number, builder, point, places, key, own)
+
+    def _limited(
+        self,
+        number: int,
+        builder: KernelBuilder,
+        point: Point,
+        places: tuple[Integers, Array, Array],
+        key: tuple[Any, ...],
+        own: PhaseRows,
+    ) -> Block:
+        """A path constraint at a point; `places` are intervals, local times and weights."""
+        context, constraint = self.context, self.constraints[number]
         peak = self._peak(constraint, builder)
 
         def build() -> tuple[Any, list[Any]]:
-            (value,) = context.expressions(columns, point, [constraint.expression])
+            (value,) = context.expressions(self.columns, point, [constraint.expression])
             return 0, [_path_row(constraint, value, peak)]
 
-        # the integral of each Bernstein polynomial is the same, and so is its weight
         limits = [(constraint.lower, constraint.upper, constraint.scale)]
         rows = self.rows.limits.take(builder.instances, limits)
-        tau = np.array([0.5]) if count == 1 else np.arange(count) / (count - 1)
-        intervals = np.repeat(group.intervals, count)
-        places = np.tile(tau, group.intervals.size)
-        weights = np.full(intervals.size, 1.0 / count)
-        self._add(PathRows(self.index, number, rows[:, 0], intervals, places, weights), own)
-        key = (number, "coefficients", group.collocation.degree, count)
-        return _block(context, builder, f"{self.name}: {constraint.name}", key, build, rows)
+        self._add(PathRows(self.index, number, rows[:, 0], *places), own)
+        name = f"{self.name}: {constraint.name}"
+        return _block(context, builder, name, (number, *key), build, rows)
 
     def _continuity(self, group: IntervalGroup, own: PhaseRows) -> Block:
         """The right ends of intervals whose scheme has no support point there."""
@@ -275,8 +283,8 @@ class PhaseBlocks:
         rows: Integers,
     ) -> Block:
         """A block of rows without objective."""
-        build = partial(_rows_alone, expression)
-        return _block(self.context, builder, f"{self.name}: {what}", key, build, rows)
+        name = f"{self.name}: {what}"
+        return _block(self.context, builder, name, key, lambda: (0, [expression]), rows)
 
     def _ends_of_phase(self) -> list[ExtraPoints]:
         """The ends of the phase, where the scheme has no collocation point there."""
@@ -291,29 +299,13 @@ class PhaseBlocks:
         return points
 
     def _sampled(
-        self,
-        group: IntervalGroup,
-        number: int,
-        intervals: Integers,
-        tau: Array,
-        own: PhaseRows,
+        self, group: IntervalGroup, number: int, intervals: Integers, tau: Array, own: PhaseRows
     ) -> Block:
         """A path constraint at points between the collocation points of a group."""
-        context, columns, constraint = self.context, self.columns, self.constraints[number]
-        builder, point = sample_point(context, columns, group, intervals, tau)
-        peak = self._peak(constraint, builder)
-
-        def build() -> tuple[Any, list[Any]]:
-            (value,) = context.expressions(columns, point, [constraint.expression])
-            return 0, [_path_row(constraint, value, peak)]
-
-        limits = [(constraint.lower, constraint.upper, constraint.scale)]
-        rows = self.rows.limits.take(builder.instances, limits)
-        no_weights = np.full(intervals.size, np.nan)
-        self._add(PathRows(self.index, number, rows[:, 0], intervals, tau, no_weights), own)
-        key = (number, group.collocation.degree, group.moving)
-        name = f"{self.name}: {constraint.name}"
-        return _block(context, builder, name, key, build, rows)
+        builder, point = sample_point(self.context, self.columns, group, intervals, tau)
+        places = intervals, tau, np.full(intervals.size, np.nan)
+        key = group.collocation.degree, group.moving
+        return self._limited(number, builder, point, places, key, own)
 
     def _add(self, path: PathRows, own: PhaseRows) -> None:
         """Note rows of a path constraint, in the map of the phase and in that of all."""
@@ -351,11 +343,6 @@ def _at_points(constraint: PathConstraint) -> bool:
 def _path_row(constraint: PathConstraint, value: ca.SX, peak: Any) -> ca.SX:
     """The scaled row of a path constraint."""
     return (constraint.sign * value - peak) / constraint.scale
-
-
-def _rows_alone(rows: ca.SX) -> tuple[Any, list[Any]]:
-    """No objective, and some rows."""
-    return 0, [rows]
 
 
 def _boundary_block(context: KernelContext, rows: Rows) -> Block:
@@ -436,7 +423,10 @@ class _FunctionalExpressions:
                 place = np.array([[self.context.columns.peaks[functional]]])
                 return self._variable(place, functional)
             case BoundaryValue() | PointValue():
-                return self._value(functional)
+                columns = self._columns(functional)
+                point = self._point(functional, columns)
+                (value,) = self.context.expressions(columns, point, [functional.expression])
+                return value
             case PhaseTime():
                 end = 0 if functional.end == "start" else -1
                 return self._time(self._columns(functional), end)
@@ -455,12 +445,6 @@ class _FunctionalExpressions:
             return ca.SX(columns.fixed_times[end])
         return self.builder.variables(columns.ends[[end]][None, :], [self.context.scales.time])
 
-    def _value(self, functional: BoundaryValue | PointValue) -> ca.SX:
-        columns = self._columns(functional)
-        point = self._point(functional, columns)
-        (value,) = self.context.expressions(columns, point, [functional.expression])
-        return value
-
     def _point(self, functional: BoundaryValue | PointValue, columns: PhaseColumns) -> Point:
         """Signals at a breakpoint; controls as in the interval on its left (right at the start)."""
         node = _node(columns, functional)
@@ -474,9 +458,6 @@ class _FunctionalExpressions:
             return Point(signals, time, ca.SX(0), self.unknowns, ca.SX(0, 1))
 
         interval, tau = _interval_before(node), 0.0 if node == 0 else 1.0
-        group = columns.group_of(interval)
-        sub, point = sample_point(
-            self.context, columns, group, np.array([interval]), np.array([tau])
-        )
-        self.builder.absorb(sub)
-        return Point(point.signals, point.time, point.length, self.unknowns, ca.SX(0, 1))
+        places, group = (np.array([interval]), np.array([tau])), columns.group_of(interval)
+        _, point = sample_point(self.context, columns, group, *places, self.builder)
+        return replace(point, unknowns=self.unknowns, sides=ca.SX(0, 1))

@@ -262,10 +262,10 @@ class PhaseColumns:
         """
         if self.ends is None:
             return
-        for node, end in enumerate(("start", "end")):
-            time = self.phase.start if node == 0 else self.phase.end
+        for column, end in zip(self.ends, ("start", "end"), strict=True):
+            time = getattr(self.phase, end)
             lower, upper = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
-            yield end, lower, upper, self.ends[[node]]
+            yield end, lower, upper, np.array([column])
 
     def group_of(self, interval: int) -> IntervalGroup:
         """The group that an interval belongs to."""
@@ -405,12 +405,8 @@ class _Filled:
 
     def times(self, columns: PhaseColumns, scales: Scales) -> None:
         """Times of the phase, and breakpoints of moving intervals."""
-        phase = columns.phase
-        if columns.ends is not None:
-            for column, time in zip(columns.ends, (phase.start, phase.end), strict=True):
-                pair = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
-                self.put(column, *pair, scales.time)
-
+        for _, lower, upper, column in columns.stated_times():
+            self.put(column, lower, upper, scales.time)
         for i in np.flatnonzero(columns.moved >= 0):
             here = float(columns.mesh.breakpoints[i])
             low, high = (0.0, 1.0) if i in columns.mesh.movable else (here, here)

@@ -103,14 +103,6 @@ class KernelBuilder:
         self._data.append(values)
         return d
 
-    def absorb(self, other: KernelBuilder) -> None:
-        """Take over the variables and data of another kernel of as many instances."""
-        self._variables += other._variables
-        self._columns += other._columns
-        self._symbols += other._symbols
-        self._data += other._data
-        self._inner += other._inner
-
     def combination(self, combined: ca.SX) -> ca.SX:
         """Symbols for combinations of variables, through which derivatives take the chain rule.
 
@@ -161,30 +153,111 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CollocationPoint(Point):
-    """A collocation point.
+class _Places:
+    """Local times of some intervals of a group, one an instance, at which a point is built.
 
     Attributes
     ----------
+    row : (n,)
+        The interval of each instance, as its place in the group.
+    tau : (n,)
+        The local time of each instance.
+    """
+
+    context: KernelContext
+    columns: PhaseColumns
+    group: IntervalGroup
+    builder: KernelBuilder
+    row: Integers
+    tau: Array
+
+    def point(self, signals: ca.SX) -> Point:
+        """The point with these signals."""
+        time, length = self._clock()
+        unknowns, sides = self.context.unknowns(self.builder), self.columns.mesh.sides
+        given = ca.SX(0, 1)
+        if sides is not None:
+            given = self.builder.data(sides[self.group.intervals[self.row]].astype(float))
+        return Point(signals, time, length, unknowns, given)
+
+    def interpolated(self, ids: Integers, signals: Sequence[Any], support: Array) -> ca.SX:
+        """Signals from their values (m, s, n) at support points."""
+        if not signals:
+            return ca.SX(0, 1)
+        weights, sizes = lagrange(support, self.tau), self.context.sizes(signals)
+        combined = _combined(self.builder, ids[self.row], sizes, weights)
+        return self.builder.combination(combined)
+
+    def controls(self, wrapped: Callable[[ca.SX], ca.SX]) -> list[ca.SX]:
+        """All controls from their Bernstein coefficients.
+
+        What is combined of several coefficients is `wrapped`.
+        """
+        values = []
+        for members, table in zip(self.columns.control_sets, self.group.controls, strict=True):
+            count, sizes = table.shape[1], self.context.sizes(members.controls)
+            if count == 1:
+                values.append(self.builder.variables(table[self.row][:, 0], sizes))
+            else:
+                weights = bernstein(count, self.tau)
+                values.append(wrapped(_combined(self.builder, table[self.row], sizes, weights)))
+        return values
+
+    def _clock(self) -> tuple[Any, Any]:
+        """Time and length of the interval."""
+        columns, builder, points = self.columns, self.builder, self.columns.mesh.breakpoints
+        intervals, tau = self.group.intervals[self.row], self.tau
+        left, width = points[intervals], np.diff(points)[intervals]
+        stepping = bool(self.context.problem.steps[columns.phase.name])
+
+        # all known: plain numbers
+        if columns.ends is None and not self.group.moving:
+            start, end = columns.fixed_times
+            h = width * (end - start)
+            first = start + left * (end - start)
+            t = within(first + tau * h, first, first + h) if stepping else first + tau * h
+            d = builder.data(np.stack([t, h], axis=1))
+            return d[0], d[1]
+
+        # where in the phase, as fractions of it
+        if self.group.moving:
+            ids = np.stack([columns.moved[intervals], columns.moved[intervals + 1]], axis=1)
+            sides = builder.variables(ids, [1.0, 1.0])
+            length = sides[1] - sides[0]
+            fraction = sides[0] + builder.data(tau[:, None]) * length
+            if stepping:
+                # to the inner side of a breakpoint, wherever it moves
+                inner = within(left + tau * width, left, left + width) - (left + tau * width)
+                fraction += builder.data(inner[:, None])
+        else:
+            d = builder.data(np.stack([left + tau * width, width], axis=1))
+            fraction, length = d[0], d[1]
+
+        begin, span = columns.fixed_times[0], columns.fixed_times[1] - columns.fixed_times[0]
+        if columns.ends is not None:
+            ends = builder.variables(columns.ends[None, :], [self.context.scales.time] * 2)
+            begin, span = ends[0], ends[1] - ends[0]
+        return begin + fraction * span, length * span
+
+
+def collocation_point(
+    context: KernelContext, columns: PhaseColumns, group: IntervalGroup
+) -> tuple[KernelBuilder, Point, ca.SX, ca.SX]:
+    """Local expressions at the collocation points of a group; one instance a point.
+
+    Returns
+    -------
+    builder, point
     slope : (n_x,)
         Derivative of the state polynomials by local time.
     weight : SX
         Quadrature weight of the point on [0, 1].
     """
-
-    slope: ca.SX
-    weight: ca.SX
-
-
-def collocation_point(
-    context: KernelContext, columns: PhaseColumns, group: IntervalGroup
-) -> tuple[KernelBuilder, CollocationPoint]:
-    """Local expressions at the collocation points of a group; one instance a point."""
     rule = group.collocation
     m, s = group.intervals.size, rule.degree
     builder = KernelBuilder(m * s)
-    intervals, tau = np.repeat(group.intervals, s), np.tile(rule.points, m)
-    row = np.repeat(np.arange(m), s)
+    row, tau = np.repeat(np.arange(m), s), np.tile(rule.points, m)
+    places = _Places(context, columns, group, builder, row, tau)
 
     # the state at the point itself comes first, then those at the other support points
     others = np.array([[i for i in range(s + 1) if i != j] for j in rule.own])
@@ -192,23 +265,15 @@ def collocation_point(
     x = builder.variables(group.support[:, rule.own, :].reshape(m * s, -1), sizes)
     rest = builder.variables(group.support[:, others, :].reshape(m * s, -1), sizes * s)
 
-    slopes = np.hstack(
-        [
-            np.take_along_axis(rule.derivative, rule.own[:, None], axis=1),
-            np.take_along_axis(rule.derivative, others, axis=1),
-        ]
-    )
-    d = builder.data(np.tile(slopes, (m, 1)))
+    order = np.hstack([rule.own[:, None], others])
+    d = builder.data(np.tile(np.take_along_axis(rule.derivative, order, axis=1), (m, 1)))
     slope = d[0] * x + ca.mtimes(ca.reshape(rest, n_x, s), d[1:])
     weight = builder.data(np.tile(rule.weights, m)[:, None])
 
-    controls = _controls(context, columns, builder, group, row, tau, lambda value: value)
+    controls = places.controls(lambda value: value)
     algebraic_ids = group.algebraics.reshape(m * s, -1)
     z = builder.variables(algebraic_ids, context.sizes(columns.algebraics))
-    t, h = _clock(context, columns, builder, group, intervals, tau)
-    signals = ca.vertcat(x, *controls, z)
-    unknowns, sides = context.unknowns(builder), _sides(columns, builder, intervals)
-    return builder, CollocationPoint(signals, t, h, unknowns, sides, slope, weight)
+    return builder, places.point(ca.vertcat(x, *controls, z)), slope, weight
 
 
 def sample_point(
@@ -217,23 +282,22 @@ def sample_point(
     group: IntervalGroup,
     intervals: Integers,
     tau: Array,
+    builder: KernelBuilder | None = None,
 ) -> tuple[KernelBuilder, Point]:
-    """Local expressions at arbitrary local times of some intervals of a group."""
-    rule, builder = group.collocation, KernelBuilder(intervals.size)
+    """Local expressions at arbitrary local times of some intervals of a group.
+
+    Parameters
+    ----------
+    builder : KernelBuilder or None
+        Of as many instances, which gets the variables; a new one if None.
+    """
+    builder = KernelBuilder(intervals.size) if builder is None else builder
     row = np.searchsorted(group.intervals, intervals)
-
-    def interpolated(ids: Integers, signals: Sequence[Any], support: Array) -> Any:
-        if not signals:
-            return ca.SX(0, 1)
-        sizes = context.sizes(signals)
-        return builder.combination(_combined(builder, ids[row], sizes, lagrange(support, tau)))
-
-    x = interpolated(group.support, columns.states, rule.support)
-    controls = _controls(context, columns, builder, group, row, tau, builder.combination)
-    z = interpolated(group.algebraics, columns.algebraics, rule.points)
-    t, h = _clock(context, columns, builder, group, intervals, tau)
-    sides = _sides(columns, builder, intervals)
-    return builder, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(builder), sides)
+    places = _Places(context, columns, group, builder, row, tau)
+    x = places.interpolated(group.support, columns.states, group.collocation.support)
+    controls = places.controls(builder.combination)
+    z = places.interpolated(group.algebraics, columns.algebraics, group.collocation.points)
+    return builder, places.point(ca.vertcat(x, *controls, z))
 
 
 def coefficient_point(
@@ -252,8 +316,8 @@ def coefficient_point(
         Coefficients in an interval.
     """
     pairs = list(zip(columns.control_sets, group.controls, strict=True))
-    counts = [table.shape[1] for members, table in pairs if involved & set(members.controls)]
-    count, m = max(counts), group.intervals.size
+    count = max(t.shape[1] for members, t in pairs if involved & set(members.controls))
+    m = group.intervals.size
     builder = KernelBuilder(m * count)
     row, place = np.repeat(np.arange(m), count), np.tile(np.arange(count), m)
 
@@ -273,36 +337,6 @@ def coefficient_point(
     return builder, Point(signals, 0, ca.SX(0), context.unknowns(builder), ca.SX(0, 1)), count
 
 
-def _sides(columns: PhaseColumns, builder: KernelBuilder, intervals: Integers) -> ca.SX:
-    """The sides of kinks that the mesh gives in intervals, one an instance."""
-    sides = columns.mesh.sides
-    return ca.SX(0, 1) if sides is None else builder.data(sides[intervals].astype(float))
-
-
-def _controls(
-    context: KernelContext,
-    columns: PhaseColumns,
-    builder: KernelBuilder,
-    group: IntervalGroup,
-    row: Integers,
-    tau: Array,
-    wrapped: Callable[[ca.SX], ca.SX],
-) -> list[ca.SX]:
-    """All controls from their Bernstein coefficients, in rows of the group.
-
-    What is combined of several coefficients is `wrapped`.
-    """
-    values = []
-    for members, table in zip(columns.control_sets, group.controls, strict=True):
-        count, sizes = table.shape[1], context.sizes(members.controls)
-        if count == 1:
-            values.append(builder.variables(table[row][:, 0], sizes))
-        else:
-            weights = bernstein(count, tau)
-            values.append(wrapped(_combined(builder, table[row], sizes, weights)))
-    return values
-
-
 def _combined(
     builder: KernelBuilder, ids: Integers, sizes: Sequence[float], weights: Array
 ) -> ca.SX:
@@ -314,55 +348,3 @@ def _combined(
     count = int(used.sum())
     values = builder.variables(ids[:, used].reshape(len(ids), -1), list(sizes) * count)
     return ca.mtimes(ca.reshape(values, len(sizes), count), builder.data(weights[:, used]))
-
-
-def _clock(
-    context: KernelContext,
-    columns: PhaseColumns,
-    builder: KernelBuilder,
-    group: IntervalGroup,
-    intervals: Integers,
-    tau: Array,
-) -> tuple[Any, Any]:
-    """Time and interval length at local times ``tau`` (instances,) of the group's intervals."""
-    points = columns.mesh.breakpoints
-    left, width = points[intervals], np.diff(points)[intervals]
-
-    # all known: plain numbers
-    stepping = bool(context.problem.steps[columns.phase.name])
-    if columns.ends is None and not group.moving:
-        start, end = columns.fixed_times
-        h = width * (end - start)
-        first = start + left * (end - start)
-        t = within(first + tau * h, first, first + h) if stepping else first + tau * h
-        d = builder.data(np.stack([t, h], axis=1))
-        return d[0], d[1]
-
-    # where in the phase, as fractions of it
-    if group.moving:
-        place, length = _moving_interval(columns, builder, intervals)
-        fraction = place + builder.data(tau[:, None]) * length
-        if stepping:
-            # to the inner side of a breakpoint, wherever it moves
-            inner = within(left + tau * width, left, left + width) - (left + tau * width)
-            fraction += builder.data(inner[:, None])
-    else:
-        d = builder.data(np.stack([left + tau * width, width], axis=1))
-        fraction, length = d[0], d[1]
-
-    if columns.ends is None:
-        begin: Any = columns.fixed_times[0]
-        span: Any = columns.fixed_times[1] - begin
-    else:
-        ends = builder.variables(columns.ends[None, :], [context.scales.time] * 2)
-        begin, span = ends[0], ends[1] - ends[0]
-    return begin + fraction * span, length * span
-
-
-def _moving_interval(
-    columns: PhaseColumns, builder: KernelBuilder, intervals: Integers
-) -> tuple[Any, Any]:
-    """Where intervals whose breakpoints are unknowns begin, and how long they are."""
-    ids = np.stack([columns.moved[intervals], columns.moved[intervals + 1]], axis=1)
-    sides = builder.variables(ids, [1.0, 1.0])
-    return sides[0], sides[1] - sides[0]

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
 
 from ocp.problem.functionals import Peak, pieces_over
 from ocp.problem.parameters import Parameters
-from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Control, State, Time, column_of, resolve
 from ocp.scaling.scales import Scales, near_limits
@@ -66,11 +65,22 @@ class PathConstraint:
     peak: Peak | None = None
     sign: float = 1.0
     is_equation: bool = False
-    of_controls: bool = False
-    of_states: bool = True
-    has_control: bool = False
     has_stated_scale: bool = False
     of_cost: bool = False
+    of_controls: bool = field(init=False)
+    of_states: bool = field(init=False)
+    has_control: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        symbols = resolve(self.expression, "a path constraint")
+        controls = column_of(symbol for symbol in symbols if isinstance(symbol, Control))
+        of_states = any(isinstance(symbol, (State, Algebraic)) for symbol in symbols)
+        of_time = of_states or any(isinstance(symbol, Time) for symbol in symbols)
+        slope = ca.jacobian(self.expression, controls)
+        linear = slope.nnz() > 0 and not ca.depends_on(slope, controls)
+        object.__setattr__(self, "of_controls", linear and not (of_time or self.is_equation))
+        object.__setattr__(self, "of_states", of_states)
+        object.__setattr__(self, "has_control", not controls.is_empty())
 
     def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
         """Lower and upper limit of ``sign * expression``, at given values of the peaks."""
@@ -101,17 +111,8 @@ def path_constraints(
 ) -> tuple[PathConstraint, ...]:
     """All path constraints of a phase, those with rows at the collocation points first."""
     phase = columns.phase
-    with_rows = (*_of_bounds(phase, problem, scales), *_of_peaks(phase, problem, scales))
-    return (
-        *(_with_dependence(constraint, problem) for constraint in with_rows),
-        *_of_signals(columns, scales),
-    )
-
-
-def _of_bounds(phase: Phase, problem: Problem, scales: Scales) -> Iterator[PathConstraint]:
-    """Those that a phase states."""
-    for b in phase.bounds:
-        yield PathConstraint(
+    of_bounds = [
+        PathConstraint(
             phase=phase.name,
             name=b.name,
             unit=b.unit,
@@ -124,73 +125,39 @@ def _of_bounds(phase: Phase, problem: Problem, scales: Scales) -> Iterator[PathC
             is_equation=b.is_equation,
             of_cost=b.of_cost,
         )
-
-
-def _of_peaks(phase: Phase, problem: Problem, scales: Scales) -> Iterator[PathConstraint]:
-    """That no expression is above its peak."""
-    for peak, expression in pieces_over(problem.peaks, phase.name):
-        for sign in peak.signs:
-            yield PathConstraint(
-                phase=phase.name,
-                name=peak.name,
-                unit=peak.unit,
-                expression=expression,
-                lower=-math.inf,
-                upper=0.0,
-                scale=scales.functionals[peak],
-                sampled=True,
-                has_stated_scale=peak.scale is not None,
-                peak=peak,
-                sign=sign,
-            )
-
-
-def _of_signals(columns: PhaseColumns, scales: Scales) -> Iterator[PathConstraint]:
-    """Bounds of states and algebraic signals, which the program has as limits of its columns.
-
-    Controls need none: their Bernstein coefficients keep the bounds at all times.
-    """
-    for signal in (*columns.states, *columns.algebraics):
-        if signal.is_limited:
-            yield PathConstraint(
-                phase=columns.phase.name,
-                name=signal.name,
-                unit=signal.unit,
-                expression=signal.symbol,
-                lower=signal.lower,
-                upper=signal.upper,
-                scale=scales.signals[signal.name],
-                sampled=False,
-            )
-
-
-def _with_dependence(constraint: PathConstraint, problem: Problem) -> PathConstraint:
-    """The constraint with what its expression depends on."""
-    expression = constraint.expression
-    linear = not constraint.is_equation and _is_of_controls(expression, problem, constraint.phase)
-    return replace(
-        constraint,
-        of_controls=linear,
-        of_states=_is_of_states(expression),
-        has_control=_has_control(expression),
-    )
-
-
-def _is_of_states(expression: ca.SX) -> bool:
-    """Whether an expression depends on a state or an algebraic signal."""
-    return any(isinstance(s, (State, Algebraic)) for s in resolve(expression, "a path constraint"))
-
-
-def _has_control(expression: ca.SX) -> bool:
-    """Whether an expression depends on a control."""
-    return any(isinstance(s, Control) for s in resolve(expression, "a path constraint"))
-
-
-def _is_of_controls(expression: ca.SX, problem: Problem, phase: str) -> bool:
-    """Whether an expression is linear in controls and depends on no other function of time."""
-    symbols = resolve(expression, "a path constraint")
-    if _is_of_states(expression) or any(isinstance(s, Time) for s in symbols):
-        return False
-    controls = column_of(problem.controls[phase])
-    slope = ca.jacobian(expression, controls)
-    return slope.nnz() > 0 and not ca.depends_on(slope, controls)
+        for b in phase.bounds
+    ]
+    # no expression is above its peak
+    of_peaks = [
+        PathConstraint(
+            phase=phase.name,
+            name=peak.name,
+            unit=peak.unit,
+            expression=expression,
+            lower=-math.inf,
+            upper=0.0,
+            scale=scales.functionals[peak],
+            sampled=True,
+            has_stated_scale=peak.scale is not None,
+            peak=peak,
+            sign=sign,
+        )
+        for peak, expression in pieces_over(problem.peaks, phase.name)
+        for sign in peak.signs
+    ]
+    # controls need none: their Bernstein coefficients keep the bounds at all times
+    of_signals = [
+        PathConstraint(
+            phase=phase.name,
+            name=s.name,
+            unit=s.unit,
+            expression=s.symbol,
+            lower=s.lower,
+            upper=s.upper,
+            scale=scales.signals[s.name],
+            sampled=False,
+        )
+        for s in (*columns.states, *columns.algebraics)
+        if s.is_limited
+    ]
+    return (*of_bounds, *of_peaks, *of_signals)
