@@ -27,7 +27,17 @@ from ocp.problem.functionals import (
 )
 from ocp.problem.instants import checked_breakpoints
 from ocp.problem.statement_checks import check_jump, check_mapping, check_meeting, check_phase
-from ocp.problem.symbols import Between, Signal, State, Symbol, check_name, is_real, resolve, scalar
+from ocp.problem.symbols import (
+    Between,
+    Signal,
+    State,
+    Symbol,
+    check_name,
+    is_real,
+    resolve,
+    scalar,
+    symbols_of,
+)
 from ocp.problem.vectors import by_component
 
 # of expressions that are held against each other: that of a limit
@@ -181,16 +191,9 @@ class Phase:
 
     def _symbols(self) -> tuple[Symbol, ...]:
         """All declared symbols the phase's expressions depend on, in order of appearance."""
-        symbols: dict[Symbol, None] = {}
-        for state, of_rate in self.rate_symbols.items():
-            symbols[state] = None
-            symbols.update(dict.fromkeys(of_rate))
-        for bound in self.bounds:
-            symbols.update(dict.fromkeys(bound.symbols))
-            for limit in (bound.lower, bound.upper):
-                where = f"the bound '{bound.name}' in '{self.name}'"
-                symbols.update(dict.fromkeys(resolve(limit, where)))
-        return tuple(symbols)
+        rates = [e for state, rate in self.dynamics.items() for e in (state.symbol, rate)]
+        limited = [e for bound in self.bounds for e in (bound.expression, bound.lower, bound.upper)]
+        return symbols_of([*rates, *limited], f"an expression of phase '{self.name}'")
 
     def integral(
         self, expression: Any, name: str = "integral", unit: str = "1", scale: float | None = None
@@ -206,18 +209,15 @@ class Phase:
         scale : float or None
             Typical size [unit]. It is derived from the guess if None.
         """
-        piece, symbols = self._piece(expression, name)
-        return self._kept(Integral(name, unit, piece, symbols, scale))
+        return self._made(Integral, name, unit, expression, scale=scale)
 
     def at_start(self, expression: Any) -> BoundaryValue:
         """Value of an expression at the start of the phase."""
-        name = f"start of {self.name}"
-        return self._kept(BoundaryValue(name, "1", *self._piece(expression, name), end="start"))
+        return self._made(BoundaryValue, f"start of {self.name}", "1", expression, end="start")
 
     def at_end(self, expression: Any) -> BoundaryValue:
         """Value of an expression at the end of the phase."""
-        name = f"end of {self.name}"
-        return self._kept(BoundaryValue(name, "1", *self._piece(expression, name), end="end"))
+        return self._made(BoundaryValue, f"end of {self.name}", "1", expression, end="end")
 
     def at(self, instant: float, expression: Any) -> PointValue:
         """Value of an expression at a given time [s] inside a phase of fixed times.
@@ -241,8 +241,7 @@ class Phase:
             raise StatementError(
                 f"{instant} s lies outside phase '{self.name}' ({self.start} to {self.end} s)"
             )
-        name = f"value at {instant} s"
-        return self._kept(PointValue(name, "1", *self._piece(expression, name), instant=instant))
+        return self._made(PointValue, f"value at {instant} s", "1", expression, instant=instant)
 
     def misfit(self, expression: Any, times: Any, values: Any, weights: Any = 1.0) -> ca.SX:
         """Weighted sum of squared differences between an expression and data.
@@ -286,14 +285,12 @@ class Phase:
     @cached_property
     def start_time(self) -> PhaseTime:
         """The initial time [s]."""
-        name = f"start of {self.name}"
-        return self._kept(PhaseTime(name, "s", *self._piece(0, name), end="start"))
+        return self._made(PhaseTime, f"start of {self.name}", "s", 0, end="start")
 
     @cached_property
     def end_time(self) -> PhaseTime:
         """The final time [s]."""
-        name = f"end of {self.name}"
-        return self._kept(PhaseTime(name, "s", *self._piece(0, name), end="end"))
+        return self._made(PhaseTime, f"end of {self.name}", "s", 0, end="end")
 
     @property
     def duration(self) -> ca.SX:
@@ -304,24 +301,34 @@ class Phase:
         """Largest value of an expression over this phase, see `peak`."""
         return peak((self, expression), **options)
 
-    def _piece(
-        self, expression: Any, name: str
-    ) -> tuple[tuple[tuple[str, ca.SX], ...], tuple[Symbol, ...]]:
-        """The one piece of a functional, and the symbols it depends on."""
-        sx = scalar(expression, f"the {name}")
-        return ((self.name, sx),), _varying(sx, f"the {name}")
-
-    def _kept(self, functional: Kind) -> Kind:
-        functional.remember_phases([self.dynamics])
-        return kept_alive(functional, [self])
+    def _made(
+        self, kind: type[Kind], name: str, unit: str, expression: Any, **options: Any
+    ) -> Kind:
+        """A functional of one piece."""
+        return _of_pieces(kind, name, unit, [(self, expression)], **options)
 
 
-def time_range(phase: Phase) -> tuple[float, float]:
-    """The earliest start and the latest end [s]; infinite where nothing limits a free one."""
-    start, end = phase.start, phase.end
-    earliest = start.lower if isinstance(start, Between) else start
-    latest = end.upper if isinstance(end, Between) else end
-    return float(earliest), float(latest)
+def _of_pieces(
+    kind: type[Kind],
+    name: str,
+    unit: str,
+    pieces: Sequence[tuple[Phase, Any]],
+    **options: Any,
+) -> Kind:
+    """A functional that knows the dynamics of its phases."""
+    phases = [phase for phase, _ in pieces]
+    expressions = [scalar(expression, f"the {name}") for _, expression in pieces]
+    symbols = symbols_of(expressions, f"the {name}")
+    for symbol in symbols:
+        if isinstance(symbol, Functional):
+            raise StatementError(
+                f"the {name} is taken of '{symbol.name}', which is a number of the whole motion "
+                "itself; take it of signals, and combine the numbers afterwards"
+            )
+    named = zip([phase.name for phase in phases], expressions, strict=True)
+    functional = kind(name, unit, tuple(named), symbols, **options)
+    functional.remember_phases(phase.dynamics for phase in phases)
+    return kept_alive(functional, phases)
 
 
 def kept_alive(functional: Kind, phases: Iterable[Phase]) -> Kind:
@@ -334,16 +341,12 @@ def kept_alive(functional: Kind, phases: Iterable[Phase]) -> Kind:
     return functional
 
 
-def _varying(expression: ca.SX, where: str) -> tuple[Symbol, ...]:
-    """The symbols of an expression of signals; StatementError if one is a functional."""
-    symbols = resolve(expression, where)
-    for symbol in symbols:
-        if isinstance(symbol, Functional):
-            raise StatementError(
-                f"{where} is taken of '{symbol.name}', which is a number of the whole motion "
-                "itself; take it of signals, and combine the numbers afterwards"
-            )
-    return symbols
+def time_range(phase: Phase) -> tuple[float, float]:
+    """The earliest start and the latest end [s]; infinite where nothing limits a free one."""
+    start, end = phase.start, phase.end
+    earliest = start.lower if isinstance(start, Between) else start
+    latest = end.upper if isinstance(end, Between) else end
+    return float(earliest), float(latest)
 
 
 @checked_keywords()
@@ -375,18 +378,13 @@ def peak(
     """
     if not pieces:
         raise StatementError(f"the peak '{name}' has no (phase, expression) piece; give one")
-    where = f"the peak '{name}'"
     for piece in pieces:
         if not (isinstance(piece, tuple) and len(piece) == 2 and isinstance(piece[0], Phase)):
             raise StatementError(
-                f"a piece of {where} is {piece!r}; write phase.peak(expression), or "
+                f"a piece of the peak '{name}' is {piece!r}; write phase.peak(expression), or "
                 "peak((phase, expression), ...)"
             )
-    expressions = tuple((phase.name, scalar(expression, where)) for phase, expression in pieces)
-    symbols = dict.fromkeys(s for _, expression in expressions for s in _varying(expression, where))
-    functional = Peak(name, unit, expressions, tuple(symbols), scale, absolute=absolute)
-    functional.remember_phases(phase.dynamics for phase, _ in pieces)
-    return kept_alive(functional, (phase for phase, _ in pieces))
+    return _of_pieces(Peak, name, unit, pieces, scale=scale, absolute=absolute)
 
 
 @checked_keywords()

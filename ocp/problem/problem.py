@@ -42,6 +42,7 @@ from ocp.problem.symbols import (
     check_scale,
     resolve,
     scalar,
+    symbols_of,
 )
 
 Kind = TypeVar("Kind", bound=Symbol)
@@ -177,10 +178,8 @@ class Problem:
             yield f"the rate of '{state.name}'", rate
         for bound in phase.bounds:
             yield f"the bound '{bound.name}'", bound.expression
-        for functional in self.functionals:
-            for name, piece in functional.pieces:
-                if name == phase.name:
-                    yield f"the {functional_text(functional)}", piece
+        for functional, piece in pieces_over(self.functionals, phase.name):
+            yield f"the {functional_text(functional)}", piece
 
     def _warn_of_jumps(self) -> None:
         """A warning for each expression that jumps at a place that depends on the motion."""
@@ -201,7 +200,8 @@ class Problem:
         objective = sense * scalar(stated, "the objective")
         constraints = (*self.bounds, *self.links)
         objective_symbols = resolve(objective, "the objective")
-        boundary_symbols = _boundary_symbols(objective_symbols, constraints)
+        limits = [e for b in constraints for e in (b.expression, b.lower, b.upper)]
+        boundary_symbols = symbols_of([objective, *limits], f"problem '{self.name}'")
         functionals = tuple(s for s in boundary_symbols if isinstance(s, AnyFunctional))
         symbols = _all_symbols(self.phases, functionals, boundary_symbols)
 
@@ -278,18 +278,6 @@ def _of_kind(kind: type[Kind], symbols: Iterable[Symbol]) -> tuple[Kind, ...]:
     return tuple(symbol for symbol in symbols if isinstance(symbol, kind))
 
 
-def _boundary_symbols(
-    objective_symbols: Iterable[Symbol], constraints: Iterable[Bound]
-) -> tuple[Symbol, ...]:
-    """Symbols of the objective, the bounds and the links."""
-    symbols = dict.fromkeys(objective_symbols)
-    for bound in constraints:
-        symbols.update(dict.fromkeys(bound.symbols))
-        for limit in (bound.lower, bound.upper):
-            symbols.update(dict.fromkeys(resolve(limit, f"the bound '{bound.name}'")))
-    return tuple(symbols)
-
-
 def _summed(
     objective: ca.SX, integrals: Iterable[Integral], constraints: Iterable[Bound]
 ) -> dict[Integral, ca.SX]:
@@ -306,19 +294,15 @@ def _summed(
     return weights
 
 
-def expressions_over(phase: Phase, functionals: Iterable[Functional]) -> list[ca.SX]:
-    """The dynamics, the bounds and the pieces of functionals of a phase."""
-    bounds = [bound.expression for bound in phase.bounds]
-    pieces = [piece for _, piece in pieces_over(functionals, phase.name)]
-    return [*phase.dynamics.values(), *bounds, *pieces]
-
-
 def _steps(phase: Phase, functionals: Iterable[Functional]) -> tuple[float, ...]:
     """Times inside a phase at which its expressions step or bend; none where its times are free."""
     if isinstance(phase.start, Between) or isinstance(phase.end, Between):
         return ()
     start, end = float(phase.start), float(phase.end)
-    times = {*phase.breakpoints, *stepping_times(expressions_over(phase, functionals), start, end)}
+    bounds = [bound.expression for bound in phase.bounds]
+    pieces = [piece for _, piece in pieces_over(functionals, phase.name)]
+    read = stepping_times([*phase.dynamics.values(), *bounds, *pieces], start, end)
+    times = {*phase.breakpoints, *read}
     return tuple(sorted(time for time in times if start < time < end))
 
 
@@ -336,23 +320,18 @@ def _all_symbols(
     boundary_symbols: Iterable[Symbol],
 ) -> tuple[Symbol, ...]:
     """All declared symbols in use."""
-    symbols: dict[Symbol, None] = {}
-    for phase in phases:
-        symbols.update(dict.fromkeys(phase.symbols))
-        for values in (phase.initial, phase.final):
-            for value in values.values():
-                for limit in value if isinstance(value, tuple) else (value,):
-                    symbols.update(dict.fromkeys(resolve(limit, "a boundary value")))
-    for functional in functionals:
-        symbols.update(dict.fromkeys(functional.symbols))
-    symbols.update(dict.fromkeys(boundary_symbols))
+    values = [v for p in phases for ends in (p.initial, p.final) for v in ends.values()]
+    at_ends = [limit for v in values for limit in (v if isinstance(v, tuple) else (v,))]
+    symbols = dict.fromkeys(symbol for phase in phases for symbol in phase.symbols)
+    symbols |= dict.fromkeys(symbols_of(at_ends, "a boundary value"))
+    symbols |= dict.fromkeys(symbol for f in functionals for symbol in f.symbols)
+    symbols |= dict.fromkeys(boundary_symbols)
 
     # the limits of what was found so far may bring in further constants
-    for symbol in list(symbols):
-        if isinstance(symbol, (Signal, Unknown)):
-            for limit in (symbol.lower, symbol.upper):
-                where = f"a bound of '{symbol.name}'"
-                symbols.update(dict.fromkeys(resolve(limit, where)))
+    limited = [symbol for symbol in symbols if isinstance(symbol, (Signal, Unknown))]
+    for symbol in limited:
+        where = f"a bound of '{symbol.name}'"
+        symbols |= dict.fromkeys(symbols_of((symbol.lower, symbol.upper), where))
     return tuple(symbols)
 
 

@@ -487,6 +487,11 @@ def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
     return tuple(symbols)
 
 
+def symbols_of(expressions: Iterable[Any], where: str) -> tuple[Symbol, ...]:
+    """The declared symbols that any of some expressions depends on, in order of appearance."""
+    return tuple(dict.fromkeys(s for expression in expressions for s in resolve(expression, where)))
+
+
 def declared_value(expression: Any) -> float | None:
     """Of an expression of numbers and constants, as these are declared; None of any other."""
     symbols = resolve(expression, "an expression")
