@@ -331,7 +331,7 @@ def _constant_slopes(iterate: Iterate) -> list[Slope]:
     table = np.zeros((rows + columns, len(constants)))
 
     for block in transcription.program.blocks if constants else ():
-        kernel = block.kernel.whole
+        kernel = block.kernel.function
         w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
         f, g = kernel(w, d, c)
         parts = [ca.densify(ca.gradient(f, c)), ca.densify(ca.vec(ca.jacobian(g, c)))]

@@ -7,7 +7,7 @@ one function, once for each set of values, and everybody reads the numbers.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -97,14 +97,17 @@ def parameters_of(
         values[name] = float(value)
     vector = np.array(list(values.values()), dtype=float)
 
-    # all limits at once
-    stated = _stated_limits(problem)
-    numbers = stated.function(vector).nonzeros()
+    # all limits that are expressions at once
+    stated, hashes, function = _stated_limits(problem)
+    limits = dict(zip(hashes, function(vector).nonzeros(), strict=True))
+
+    def number(limit: Any) -> float:
+        known = is_number(limit)
+        return float(limit) if known else limits[scalar(limit, "a limit").element_hash()]
+
     intervals = [
-        {key: (numbers[low], numbers[high]) for key, (low, high) in places.items()}
-        for places in stated.places
+        {key: (number(low), number(high)) for key, (low, high) in each.items()} for each in stated
     ]
-    limits = {key: numbers[place] for key, place in stated.expressions.items()}
     return Parameters(values, vector, limits, *intervals)
 
 
@@ -120,56 +123,38 @@ def limit_slopes(limit: Any, parameters: Parameters) -> dict[str, float]:
     return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class _StatedLimits:
-    """All limits and boundary values of a statement, as places in the results of one function.
-
-    Attributes
-    ----------
-    function : Function
-        Of the constants; its results are all limits, numbers among them.
-    expressions : mapping of CasADi's hash of an expression to its place
-    places : five mappings to (place of the lower limit, place of the upper one)
-        Of signals, unknowns, bounds, initial and final values, by the keys of `Parameters`.
-    """
-
-    function: ca.Function
-    expressions: Mapping[int, int]
-    places: Sequence[Mapping[Any, tuple[int, int]]]
-
-
 @lru_cache(maxsize=64)
-def _stated_limits(problem: Problem) -> _StatedLimits:
-    """The limits of a problem, and the function that evaluates them all."""
-    stated: list[ca.SX] = []
-    expressions: dict[int, int] = {}
+def _stated_limits(
+    problem: Problem,
+) -> tuple[list[dict[Any, tuple[Any, Any]]], list[int], ca.Function]:
+    """The limits of a problem, and those that are expressions.
 
-    def place(limit: Any) -> int:
-        expression = scalar(limit, "a limit")
-        stated.append(expression)
-        if not is_number(limit):
-            expressions[expression.element_hash()] = len(stated) - 1
-        return len(stated) - 1
-
-    def both(value: Any) -> tuple[int, int]:
-        low, high = value if isinstance(value, tuple) else (value, value)
-        return place(low), place(high)
-
+    Returns
+    -------
+    limits : five mappings to (lower, upper)
+        Of signals, unknowns, bounds, initial and final values, by the keys of `Parameters`.
+    hashes : list of int
+        CasADi's, of the expressions among them.
+    function : Function
+        Of the constants; its results are these expressions.
+    """
     bounds = [("", bound) for bound in problem.boundary_constraints]
     bounds += [(phase.name, bound) for phase in problem.phases for bound in phase.bounds]
-    signals = [symbol for symbol in problem.symbols if isinstance(symbol, Signal)]
-    places: list[dict[Any, tuple[int, int]]] = [
-        {s.name: both((s.lower, s.upper)) for s in signals},
-        {u.name: both((u.lower, u.upper)) for u in problem.unknowns},
-        {(where, b.name): both((b.lower, b.upper)) for where, b in bounds},
+    limits: list[dict[Any, tuple[Any, Any]]] = [
+        {s.name: (s.lower, s.upper) for s in problem.symbols if isinstance(s, Signal)},
+        {u.name: (u.lower, u.upper) for u in problem.unknowns},
+        {(where, b.name): (b.lower, b.upper) for where, b in bounds},
     ]
     for end in ("initial", "final"):
-        values = [
-            (phase.name, state.name, value)
-            for phase in problem.phases
-            for state, value in getattr(phase, end).items()
-        ]
-        places.append({(phase, state): both(value) for phase, state, value in values})
-    limits = ca.densify(ca.vertcat(*stated, ca.SX(0, 1)))
-    function = ca.Function("limits", [column_of(problem.constants)], [limits])
-    return _StatedLimits(function, expressions, places)
+        limits.append(
+            {
+                (phase.name, state.name): value if isinstance(value, tuple) else (value, value)
+                for phase in problem.phases
+                for state, value in getattr(phase, end).items()
+            }
+        )
+    stated = [limit for each in limits for pair in each.values() for limit in pair]
+    expressions = [scalar(limit, "a limit") for limit in stated if not is_number(limit)]
+    results = ca.densify(ca.vertcat(*expressions, ca.SX(0, 1)))
+    function = ca.Function("limits", [column_of(problem.constants)], [results])
+    return limits, [expression.element_hash() for expression in expressions], function

@@ -6,7 +6,7 @@ A kernel is written once for all intervals of a group. Its local variables and i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -85,7 +85,6 @@ class KernelBuilder:
         self._columns: list[Integers] = []
         self._symbols: list[ca.SX] = []
         self._data: list[Array] = []
-        self._inner: list[tuple[ca.SX, ca.SX]] = []
 
     def variables(self, ids: Integers, sizes: Sequence[float]) -> ca.SX:
         """Unscaled values of decision variables ``ids`` (instances, m)."""
@@ -103,16 +102,6 @@ class KernelBuilder:
         self._data.append(values)
         return d
 
-    def combination(self, combined: ca.SX) -> ca.SX:
-        """Symbols for combinations of variables, through which derivatives take the chain rule.
-
-        `combined` has to be linear in the variables. What is computed from few combinations of
-        many variables has few second derivatives of its own.
-        """
-        y = ca.SX.sym("y", combined.numel())
-        self._inner.append((y, combined))
-        return y
-
     def shape(self) -> tuple[int, int]:
         """Numbers of local variables and of data."""
         variables = sum(w.numel() for w in self._variables)
@@ -126,13 +115,10 @@ class KernelBuilder:
 
     def kernel(self, objective: Any, rows: Sequence[Any], constants: ca.SX) -> Kernel:
         """The kernel of an objective and of rows, expressions of what was collected."""
-        w, d, c = ca.vertcat(*self._variables), ca.vertcat(*self._symbols), constants
+        inputs = [ca.vertcat(*self._variables), ca.vertcat(*self._symbols), constants]
         f = ca.densify(ca.SX(objective))
         g = ca.densify(ca.vertcat(*rows) if rows else ca.SX(0, 1))
-        y = ca.vertcat(*[symbol for symbol, _ in self._inner], ca.SX(0, 1))
-        combined = ca.densify(ca.vertcat(*[value for _, value in self._inner], ca.SX(0, 1)))
-        outer = ca.Function("outer", [w, y, d, c], ca.cse([f, g]))
-        return Kernel(outer, ca.Function("inner", [w, d], [combined]))
+        return Kernel(ca.Function("kernel", inputs, ca.cse([f, g])))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -185,14 +171,10 @@ class _Places:
         if not signals:
             return ca.SX(0, 1)
         weights, sizes = lagrange(support, self.tau), self.context.sizes(signals)
-        combined = _combined(self.builder, ids[self.row], sizes, weights)
-        return self.builder.combination(combined)
+        return _combined(self.builder, ids[self.row], sizes, weights)
 
-    def controls(self, wrapped: Callable[[ca.SX], ca.SX]) -> list[ca.SX]:
-        """All controls from their Bernstein coefficients.
-
-        What is combined of several coefficients is `wrapped`.
-        """
+    def controls(self) -> list[ca.SX]:
+        """All controls from their Bernstein coefficients."""
         values = []
         for members, table in zip(self.columns.control_sets, self.group.controls, strict=True):
             count, sizes = table.shape[1], self.context.sizes(members.controls)
@@ -200,7 +182,7 @@ class _Places:
                 values.append(self.builder.variables(table[self.row][:, 0], sizes))
             else:
                 weights = bernstein(count, self.tau)
-                values.append(wrapped(_combined(self.builder, table[self.row], sizes, weights)))
+                values.append(_combined(self.builder, table[self.row], sizes, weights))
         return values
 
     def _clock(self) -> tuple[Any, Any]:
@@ -270,7 +252,7 @@ def collocation_point(
     slope = d[0] * x + ca.mtimes(ca.reshape(rest, n_x, s), d[1:])
     weight = builder.data(np.tile(rule.weights, m)[:, None])
 
-    controls = places.controls(lambda value: value)
+    controls = places.controls()
     algebraic_ids = group.algebraics.reshape(m * s, -1)
     z = builder.variables(algebraic_ids, context.sizes(columns.algebraics))
     return builder, places.point(ca.vertcat(x, *controls, z)), slope, weight
@@ -295,7 +277,7 @@ def sample_point(
     row = np.searchsorted(group.intervals, intervals)
     places = _Places(context, columns, group, builder, row, tau)
     x = places.interpolated(group.support, columns.states, group.collocation.support)
-    controls = places.controls(builder.combination)
+    controls = places.controls()
     z = places.interpolated(group.algebraics, columns.algebraics, group.collocation.points)
     return builder, places.point(ca.vertcat(x, *controls, z))
 

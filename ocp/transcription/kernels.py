@@ -22,41 +22,22 @@ from ocp.numerics.columnwise import columnwise
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Kernel:
-    """An SX function ``(w, d, c) -> (f, g)``, stated as ``outer(w, inner(w, d), d, c)``.
+    """An SX function ``(w, d, c) -> (f, g)``.
 
     Local variables (n_w,), data of the instance (n_d,) and constants of the problem to a
     contribution to the objective (1,) and rows (m,).
-
-    Attributes
-    ----------
-    outer : ``(w, y, d, c) -> (f, g)``
-    inner : ``(w, d) -> y``, linear in w; y may be empty.
     """
 
-    outer: ca.Function
-    inner: ca.Function
-
-    @cached_property
-    def whole(self) -> ca.Function:
-        """The kernel as one function."""
-        w, _, d, c = self.symbols()
-        f, g = self.outer(w, self.inner(w, d), d, c)
-        return ca.Function("kernel", [w, d, c], [f, g])
-
-    @cached_property
-    def pattern(self) -> tuple[Integers, Integers]:
-        """Rows and local variables of the non-zeros of the rows' Jacobian."""
-        return nonzero_places(self.whole.jac_sparsity(1, 0))
+    function: ca.Function
 
     @cached_property
     def costs(self) -> bool:
         """Whether it adds to the objective."""
-        w, y, d, c = self.symbols()
-        return not self.outer(w, y, d, c)[0].is_zero()
+        return not self.function(*self.symbols())[0].is_zero()
 
     def symbols(self) -> list[ca.SX]:
-        """Symbols of ``w``, ``y``, ``d`` and ``c``."""
-        return [ca.SX.sym(s, self.outer.sparsity_in(i)) for i, s in enumerate("wydc")]
+        """Symbols of ``w``, ``d`` and ``c``."""
+        return [ca.SX.sym(s, self.function.sparsity_in(i)) for i, s in enumerate("wdc")]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,30 +89,13 @@ class KernelDerivatives:
 
 @lru_cache(maxsize=512)
 def differentiate(kernel: Kernel) -> KernelDerivatives:
-    """Derivatives of a kernel with respect to its local variables.
-
-    With ``v = (w, y)`` and ``B = dv/dw``, a constant of w, a gradient is ``B^T f_v`` and a Hessian
-    ``B^T L_vv B``.
-    """
-    w, y, d, c = kernel.symbols()
-    combined = kernel.inner(w, d)
-    f, g = kernel.outer(w, y, d, c)
+    """Derivatives of a kernel with respect to its local variables."""
+    inputs = kernel.symbols()
+    w = inputs[0]
+    f, g = kernel.function(*inputs)
     sigma, lam = ca.SX.sym("sigma"), ca.SX.sym("lam", g.shape[0])
-    v, b = ca.vertcat(w, y), ca.vertcat(ca.SX.eye(w.numel()), ca.jacobian(combined, w))
-
-    # what is computed from few combinations y has few second derivatives: differentiate by (w, y)
-    # and go back to w by the constant matrix B
-    hessian = ca.hessian(sigma * f + ca.dot(lam, g), v)[0]
-    expressions = [
-        f,
-        g,
-        ca.mtimes(ca.jacobian(f, v), b),
-        ca.mtimes(ca.jacobian(g, v), b),
-        ca.triu(ca.mtimes([b.T, hessian, b])),
-    ]
-    f, g, gradient, jacobian, hessian = ca.substitute(expressions, [y], [combined])
-
-    inputs = [w, d, c]
+    gradient, jacobian = ca.jacobian(f, w), ca.jacobian(g, w)
+    hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), w)[0])
     return KernelDerivatives(
         objective=ca.Function("objective", inputs, [f]),
         rows=ca.Function("rows", inputs, [g]),
@@ -272,7 +236,7 @@ def evaluated(
     """Objective and rows (rows,) of some blocks, from their kernels alone."""
     objective, values = 0.0, np.zeros(rows)
     for block in blocks:
-        f, g = columnwise(block.kernel.whole, x[block.columns], block.data, constants)
+        f, g = columnwise(block.kernel.function, x[block.columns], block.data, constants)
         objective += float(f.sum())
         if block.rows.size:
             np.add.at(values, block.rows, g)

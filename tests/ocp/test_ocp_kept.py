@@ -138,9 +138,8 @@ def test_the_object_goes_with_its_program(made: list[KeptSolver]) -> None:
 
 
 def test_a_program_without_rows_is_watched_too() -> None:
-    w, y, d, c = (ca.SX.sym(name, size) for name, size in zip("wydc", (1, 0, 0, 0), strict=True))
-    outer = ca.Function("outer", [w, y, d, c], [(w - 3) ** 2, ca.SX(0, 1)])
-    kernel = Kernel(outer, ca.Function("inner", [w, d], [ca.SX(0, 1)]))
+    w, d, c = (ca.SX.sym(name, size) for name, size in zip("wdc", (1, 0, 0), strict=True))
+    kernel = Kernel(ca.Function("kernel", [w, d, c], [(w - 3) ** 2, ca.SX(0, 1)]))
     nothing = np.empty((1, 0))
     block = Block("bowl", kernel, np.zeros((1, 1), np.int64), nothing, nothing.astype(np.int64))
     limits = ProgramLimits((np.zeros(1), np.full(1, 2.0)), (np.empty(0), np.empty(0)))

@@ -21,7 +21,7 @@ ROUND_OFF = 1e-13  # the same sums in another order
 def kernel(variables, numbers, rows):
     """A smooth nonlinear kernel with coupled variables."""
     w, d, c = ca.SX.sym("w", variables), ca.SX.sym("d", numbers), ca.SX.sym("c", 1)
-    y = ca.SX.sym("y", 2)
+    y = [w[0] + d[1] * w[-1], d[0] * ca.sum1(w)]
     mixed = (
         ca.sin(y[0] * y[1]) * c[0]
         + ca.sin(w[0] * w[-1])
@@ -29,10 +29,8 @@ def kernel(variables, numbers, rows):
         + d[0] * w[0] ** 3
     )
     row = [ca.cos(i + w[i % variables]) * w[(i + 1) % variables] + mixed for i in range(rows)]
-    return Kernel(
-        ca.Function("outer", [w, y, d, c], [d[0] * mixed**2 + y[0] ** 2, ca.vertcat(*row)]),
-        ca.Function("inner", [w, d], [ca.vertcat(w[0] + d[1] * w[-1], d[0] * ca.sum1(w))]),
-    )
+    outputs = [d[0] * mixed**2 + y[0] ** 2, ca.vertcat(*row)]
+    return Kernel(ca.Function("kernel", [w, d, c], outputs))
 
 
 def block(columns, rows, seed=0):
@@ -48,7 +46,7 @@ def directly(blocks, variables, rows):
     f, g = ca.MX(0), [ca.MX(0)] * rows
     for b in blocks:
         for columns, data, ids in zip(b.columns, b.data, b.rows, strict=True):
-            df, dg = b.kernel.whole(x[columns.tolist()], ca.DM(data), p)
+            df, dg = b.kernel.function(x[columns.tolist()], ca.DM(data), p)
             f += df
             for i, row in enumerate(ids):
                 g[row] += dg[i]
@@ -173,7 +171,7 @@ def test_expressions_do_not_grow_with_the_number_of_intervals():
         found = transcribe(problem, mesh, Radau(), "automatic", scales)
         program = found.program
         assert program.variables > 10 * intervals
-        wholes = [nodes(b.kernel.whole) for b in found.program.blocks]
+        wholes = [nodes(b.kernel.function) for b in found.program.blocks]
         hessians = [nodes(b.derivatives.hessian) for b in found.program.blocks]
         functions = (
             program.oracle,

@@ -90,25 +90,6 @@ def test_a_peak_relative_to_a_limit_that_waves() -> None:
     assert certify(found).passed
 
 
-def test_a_limit_that_steps_or_rises_as_a_line_leaves_a_control_linear() -> None:
-    def shape(limit):
-        phase = Phase(
-            "dash",
-            {X: V, V: U},
-            {X: 0, V: 0},
-            {X: 1, V: 0},
-            end=3.0,
-            bounds=[Bound("push", U - limit, upper=0)],
-        )
-        found = solve(Problem("dash", phase, minimise=phase.integral(U**2)))
-        (group,) = found.iterate.transcription.columns.phases[0].control_sets
-        return group.order
-
-    assert shape(2 + TIME) == 1
-    assert shape(ca.if_else(TIME.symbol < 1, 2, 3)) == 1
-    assert shape(3 + ca.sin(TIME.symbol)) is None
-
-
 @pytest.mark.slow
 def test_an_arc_on_a_limit_that_waves_and_holds_a_state() -> None:
     """A drive of at most 2 m/s^2, whose power is limited by 1 + 0.6 sin 3t."""
