@@ -328,17 +328,15 @@ class Evaluator:
     def _symbol_value(
         self, trajectory: Trajectory, symbol: Any, known: Mapping[Any, float]
     ) -> float:
-        for kind, values in (
-            (Unknown, trajectory.unknowns),
-            (Constant, trajectory.constants),
-        ):
-            if isinstance(symbol, kind):
-                if symbol.name not in values:
-                    names = ", ".join(f"'{name}'" for name in values) or "none"
-                    raise StatementError(
-                        f"the problem has no {kind.__name__} '{symbol.name}'; there are: {names}"
-                    )
+        if isinstance(symbol, (Unknown, Constant)):
+            unknown = isinstance(symbol, Unknown)
+            values = trajectory.unknowns if unknown else trajectory.constants
+            if symbol.name in values:
                 return values[symbol.name]
+            names = ", ".join(f"'{name}'" for name in values) or "none"
+            raise StatementError(
+                f"the problem has no {type(symbol).__name__} '{symbol.name}'; there are: {names}"
+            )
         if isinstance(symbol, (Signal, Time)):
             raise StatementError(
                 f"'{symbol.name}' varies in time; sample it at times instead of asking for one "

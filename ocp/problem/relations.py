@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 
 from ocp.errors import StatementError
-from ocp.problem.symbols import Constant, Symbol, is_limited, resolve, scalar
+from ocp.problem.symbols import Constant, Symbol, resolve, scalar
 from ocp.problem.texts import text_of, unit_of
 
 _SIGNS = {ca.OP_LE: "<=", ca.OP_LT: "<=", ca.OP_EQ: "=="}
@@ -78,29 +78,11 @@ def check_no_relation(expression: ca.SX, name: str) -> None:
     """
     if expression.is_constant() or expression.is_symbolic() or expression.op() not in _LOGICAL:
         return
-    where = f"the bound '{name}'"
     raise StatementError(
-        f"the expression of {where} is '{text_of(expression, _LONGEST_NAME)}', which is 0 or 1; "
-        f"{_without_relation(expression, name, where)}"
+        f"the expression of the bound '{name}' is '{text_of(expression, _LONGEST_NAME)}', which is "
+        "0 or 1; give the relation itself as a bound, or an expression and its limits: "
+        "Bound(name, x, unit, upper=2)"
     )
-
-
-def _without_relation(relation: ca.SX, name: str, where: str) -> str:
-    """What to write instead of a bound of a relation."""
-    try:
-        meant = meant_by(relation, where)
-    except StatementError:
-        return (
-            "a bound limits an expression such as x, so state each limit as a bound of its own: "
-            "Bound(name, x, unit, upper=2)"
-        )
-    limits = "".join(
-        f", {side}={text_of(limit)}"
-        for side, limit in (("lower", meant.lower), ("upper", meant.upper))
-        if is_limited(limit)
-    )
-    text = text_of(meant.expression, _LONGEST_NAME)
-    return f"give the expression and its limit: Bound('{name}', {text}, '{meant.unit}'{limits})"
 
 
 def _sides(relation: Any, where: str) -> tuple[ca.SX, ca.SX, str]:

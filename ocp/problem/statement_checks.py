@@ -115,22 +115,17 @@ def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> Non
 def _no_state(phase: Phase, thing: Any, what: str) -> StatementError:
     """A boundary value of something that is no state of the phase, with what to write instead."""
     end = "start" if what == "initial" else "end"
-    if isinstance(thing, ca.SX):
-        text = expression_text(thing)
-        return StatementError(
-            f"the {what} value of phase '{phase.name}' is given for the expression '{text}', but "
-            f"only a State has one; bound it in the problem: bounds=[phase.at_{end}({text}) == "
-            "...]"
-        )
-    if isinstance(thing, Signal) and not isinstance(thing, State):
-        remedy = f"bound it in the problem: bounds=[phase.at_{end}({thing.name}) == ...]"
-    elif isinstance(thing, State):
+    text = expression_text(thing) if isinstance(thing, ca.SX) else getattr(thing, "name", thing)
+    remedy = "give the State itself, not its name"
+    if isinstance(thing, State):
         remedy = "add its derivative"
-    else:
-        remedy = "give the State itself, not its name"
+    elif isinstance(thing, (Signal, ca.SX)):
+        remedy = (
+            f"only a State has one: bound it in the problem, bounds=[phase.at_{end}({text}) == ...]"
+        )
     return StatementError(
-        f"phase '{phase.name}' has {'an' if what == 'initial' else 'a'} {what} value for "
-        f"'{getattr(thing, 'name', thing)}' but no dynamics for it; {remedy}"
+        f"phase '{phase.name}' has {'an' if what == 'initial' else 'a'} {what} value for '{text}' "
+        f"but no dynamics for it; {remedy}"
     )
 
 

@@ -81,9 +81,6 @@ ROOMY = 1e4
 # Of the typical duration: ten times the least, which what shrinks ends near
 SHRUNK = 1e-8
 
-# where sizes come from that limits may have made too large
-_OF_LIMITS = {BOUNDS, GUESSED_NUMBER}
-
 
 def near_limits(limits: Sequence[float], typical: float) -> list[float]:
     """Absolute values of the finite limits of something that a motion with such a value may feel.
@@ -96,7 +93,14 @@ def near_limits(limits: Sequence[float], typical: float) -> list[float]:
 
 def far_below_limits(scales: Scales, motion: InitialGuess) -> Set[str]:
     """Signals and unknowns far below a size that their limits gave; they may also be zero."""
-    return _far_below(scales, motion, _OF_LIMITS)
+    phases = [phase.at_fractions(FRACTIONS) for phase in motion.phases.values()]
+
+    def largest(name: str) -> float:
+        if name in motion.unknowns:
+            return largest_finite(motion.unknowns[name])
+        return max(largest_finite(values.get(name, 0.0)) for values in phases)
+
+    return {name for name, size in _of_limits(scales) if ROOMY * largest(name) < size}
 
 
 def is_brief(scales: Scales, motion: InitialGuess) -> bool:
@@ -110,31 +114,14 @@ def is_brief(scales: Scales, motion: InitialGuess) -> bool:
 
 def roomy(scales: Scales, of_motion: Scales, factor: float = ROOMY) -> list[str]:
     """Signals and unknowns whose limits gave sizes many times those of a motion, as 1e6 may be."""
-    return _many_times(scales, of_motion, _OF_LIMITS, factor)
-
-
-def _far_below(scales: Scales, motion: InitialGuess, reasons: Set[str]) -> Set[str]:
-    """Those of a motion that stay far below sizes for which there are such reasons."""
-    phases = [phase.at_fractions(FRACTIONS) for phase in motion.phases.values()]
-
-    def largest(name: str) -> float:
-        if name in motion.unknowns:
-            return largest_finite(motion.unknowns[name])
-        return max(largest_finite(values.get(name, 0.0)) for values in phases)
-
-    return {name for name, size in _given(scales, reasons) if ROOMY * largest(name) < size}
-
-
-def _many_times(scales: Scales, of_motion: Scales, reasons: Set[str], factor: float) -> list[str]:
-    """Those whose sizes, for which there are such reasons, are many times those of a motion."""
     sizes = of_motion.symbols
-    return [name for name, size in _given(scales, reasons) if size > factor * sizes[name]]
+    return [name for name, size in _of_limits(scales) if size > factor * sizes[name]]
 
 
-def _given(scales: Scales, reasons: Set[str]) -> Iterator[tuple[str, float]]:
-    """Names and sizes for which there are such reasons."""
+def _of_limits(scales: Scales) -> Iterator[tuple[str, float]]:
+    """Names and sizes that limits may have made too large."""
     for name, size, why in scales.symbols_with_reasons:
-        if why in reasons:
+        if why in (BOUNDS, GUESSED_NUMBER):
             yield name, size
 
 

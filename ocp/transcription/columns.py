@@ -396,7 +396,7 @@ class _Filled:
                 value = values.get(state)
                 if value is not None:
                     low, high = value if isinstance(value, tuple) else (value, value)
-                    self.limits.narrow(columns.nodes[node, j], low, high, size)
+                    self.limits.bound(columns.nodes[node, j], low, high, size, narrows=True)
 
         for j, integral in enumerate(columns.integrals):
             size = scales.functionals[integral]

@@ -19,7 +19,7 @@ from ocp.problem.symbols import is_number
 class Limits:
     """Scaled lower and upper limits of a growing list of entries.
 
-    A later statement on an entry replaces an earlier one, but for `narrow`.
+    A later statement on an entry replaces an earlier one, unless it narrows it.
     """
 
     def __init__(self, count: int = 0) -> None:
@@ -29,32 +29,21 @@ class Limits:
 
     def take(self, instances: int, limits: list[tuple[Any, Any, float]]) -> Integers:
         """Entries for rows ``(lower, upper, scale)`` repeated; ids of shape (instances, rows)."""
-        ids = self._new(instances, len(limits))
+        size = instances * len(limits)
+        ids = np.arange(self.count, self.count + size).reshape(instances, len(limits))
+        self.count += size
         for j, (lower, upper, scale) in enumerate(limits):
             self.bound(ids[:, j], lower, upper, scale)
         return ids
 
     def take_equations(self, instances: int, rows: int) -> Integers:
         """Entries for scaled equations ``row = 0``; ids of shape (instances, rows)."""
-        ids = self._new(instances, rows)
-        self.bound(ids, 0.0, 0.0, 1.0)
-        return ids
+        return self.take(instances, [(0.0, 0.0, 1.0)] * rows)
 
-    def _new(self, instances: int, rows: int) -> Integers:
-        size = instances * rows
-        ids = np.arange(self.count, self.count + size).reshape(instances, rows)
-        self.count += size
-        return ids
-
-    def bound(self, ids: Any, lower: Any, upper: Any, scale: float) -> None:
-        """Set (and override) the limits of some entries."""
-        self._state(ids, lower, upper, scale, narrows=False)
-
-    def narrow(self, ids: Any, lower: Any, upper: Any, scale: float) -> None:
-        """Limits in addition to those set before."""
-        self._state(ids, lower, upper, scale, narrows=True)
-
-    def _state(self, ids: Any, lower: Any, upper: Any, scale: float, *, narrows: bool) -> None:
+    def bound(
+        self, ids: Any, lower: Any, upper: Any, scale: float, *, narrows: bool = False
+    ) -> None:
+        """Set the limits of some entries, in place of those set before or in addition to them."""
         # numbers are told from expressions once, and not for all values of the constants
         low, high = (float(v) if is_number(v) else v for v in (lower, upper))
         self._statements.append((np.asarray(ids).ravel(), low, high, scale, narrows))

@@ -96,20 +96,18 @@ def test_what_is_no_relation_is_answered_with_what_to_write(relation, message):
 
 
 @pytest.mark.parametrize(
-    ("relation", "message"),
+    ("relation", "text"),
     [
-        (v <= 0.12, r"'v <= 0\.12', which is 0 or 1; give .*: Bound\('b', v, 'm/s', upper=0\.12\)"),
-        (v >= c, r"Bound\('b', v, 'm/s', lower=c\)"),
-        (x == v, r"Bound\('b', x - v, 'm', lower=0, upper=0\)"),
-        (ca.sin(x) < v, r"Bound\('b', sin\(x\) - v, '1', upper=0\)"),
-        (v != 1, r"'v != 1', which is 0 or 1; .*state each limit as a bound of its own"),
-        (ca.logic_and(v <= 1, v >= 0), r"'v <= 1 and 0 <= v', which is 0 or 1; .*each limit"),
-        (ca.logic_not(v <= 1), r"which is 0 or 1; .*each limit"),
-        (TRAVEL.at_end(v) <= 1, r"Bound\('b', v at the end of travel, 'm/s', upper=1\)"),
+        (v <= 0.12, r"v <= 0\.12"),
+        (ca.logic_and(v <= 1, v >= 0), "v <= 1 and 0 <= v"),
+        (TRAVEL.at_end(v) <= 1, r"\(v at the end of travel\) <= 1"),
     ],
 )
-def test_a_relation_is_no_expression_of_a_bound(relation, message):
-    with pytest.raises(StatementError, match=rf"the expression of the bound 'b' is .*{message}"):
+def test_a_relation_is_no_expression_of_a_bound(relation, text):
+    words = (
+        f"the expression of the bound 'b' is '{text}', which is 0 or 1; give the relation itself"
+    )
+    with pytest.raises(StatementError, match=words):
         Bound("b", relation, upper=1)
 
 
