@@ -89,9 +89,6 @@ class Tolerances:
     strict : float
         Worst interval mean of dH/du, in all intervals but those that hold a change of the active
         set or are next to one. It is relative to terms that cancel, hence wider than `within`.
-    changes : float
-        Part of the duration that these may take, those left out that meet `within` and `strict` all
-        the same. Where it is most of it, little has been tested.
     hamiltonian : float
         Mean drift of the Hamiltonian over the whole phase, and its end values at free times.
         Costates are of first order only in intervals that hold a jump of theirs, so that this is
@@ -124,7 +121,6 @@ class Tolerances:
     slope: float = 1e-3
     within: float = 1e-5
     strict: float = 1e-4
-    changes: float = 0.5
     gain: float = CERTIFIED_GAIN
     steps: float = 1e-6
 

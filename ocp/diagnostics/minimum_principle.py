@@ -134,27 +134,6 @@ class MinimumPrinciple:
         gains = gains_by_means(self.kept, self.steps, self.stretches, self.acting, self.changes)
         return self.size * float(gains.sum())
 
-    def share_judged_by_means(self, within: float, strict: float) -> float:
-        """The part of the duration in which the strict limits do not hold, or were not tested.
-
-        They hold at a change of the active set, too, where a breakpoint is on it.
-
-        Parameters
-        ----------
-        within : float
-            Least difference of the Hamiltonian's means of an interval and a neighbour.
-        strict : float
-            Largest of ``|slopes|`` in an interval.
-        """
-        larger = np.maximum(self.sizes[1:], self.sizes[:-1])
-        same = np.abs(np.diff(self.means)) <= within * larger
-        same &= np.diff(self.stretches) == 0
-        as_beside = np.append(same, False) | np.append(False, same)
-        if not self.autonomous:
-            as_beside[:] = True
-        holds = as_beside & (np.abs(self.slopes) <= strict).all(axis=1)
-        return float(self.steps[self.changes & ~holds].sum() / self.steps.sum())
-
 
 def minimum_principle(
     iterate: Iterate, evaluator: Evaluator, costates: PhaseCostates, index: int, acting: Flags

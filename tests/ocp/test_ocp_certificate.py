@@ -134,14 +134,7 @@ def test_between_changes_the_minimum_principle_holds_strictly():
     certificate = certify(solve(least_time()))
     within = named_check(certificate, "between changes of 'dash': Hamiltonian")
     assert within.value < 1e-7
-    changes = named_check(certificate, "active-set changes of 'dash'")
-    assert changes.value == 0.0  # a breakpoint lies on the switch, so that none is spoilt
-    assert changes.sentence.startswith(tuple("123456789"))  # says how many intervals are left out
-    missed = solve(least_time(), settings=Settings(intervals=11, refinement=FixedMesh()))
-    changes = named_check(certify(missed), "active-set changes of 'dash'")
-    assert 0.0 < changes.value < 0.3
-    smooth = named_check(certify(solve(least_effort())), "active-set changes of 'move'")
-    assert smooth.value == 0.0
+    assert "intervals hold a change or are next to one" in within.sentence
 
 
 def test_a_costate_that_is_off_between_changes_fails():
@@ -202,25 +195,6 @@ def test_a_long_rest_between_a_start_and_an_end_is_certified(first, last, durati
 def test_means_of_the_hamiltonian_are_compared_in_pairs(means, sizes):
     pairs = np.abs(means[:, None] - means) / np.maximum(sizes[:, None], sizes)
     assert _largest_difference(means, sizes) == pairs.max()
-
-
-def test_intervals_at_a_change_that_are_exact_count_as_tested():
-    # two of three intervals are next to the switch, which is on the breakpoint between them
-    found = dash(3)
-    assert found.objective == pytest.approx(30.0, rel=1e-8)
-    certificate = certify(found)
-    changes = named_check(certificate, "active-set changes of 'dash'")
-    assert changes.sentence.startswith("2 of 3 intervals")
-    assert changes.value == 0.0
-    assert certificate.passed, str(certificate)
-
-
-def test_intervals_at_a_change_that_are_not_exact_do_not():
-    # a Hamiltonian that is off by 1e-4 there: costates of the last interval are all 1e-4 too large
-    found = dash(3)
-    spoilt = with_costates(found, np.array([1, 1, 1 + 1e-4]))
-    changes = named_check(certify(spoilt), "active-set changes of 'dash'")
-    assert changes.value == pytest.approx(1 / 3)
 
 
 def test_a_switch_that_is_off_by_a_hundredth_fails():

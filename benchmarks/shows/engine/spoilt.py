@@ -62,7 +62,6 @@ MINIMUM = (
     "Hamiltonian",
     "dH/du",
     "between changes",
-    "active-set changes",
     "where path constraints act",
     "a second solve",
 )
