@@ -15,13 +15,13 @@ segment amplifies less (multiple shooting), and says so.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array, Integers
+from ocp.arrays import Array
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.columnwise import called, columnwise
 from ocp.numerics.integrators import accumulated, backward_differences, driven_step
@@ -77,10 +77,6 @@ class SimulatedPhase:
         Simulated states at these times.
     miss : (n_x,)
         Simulated end minus the solution's end, the largest of all segments.
-    worst : (n_x,)
-        Largest distance from the solution at any sample.
-    error : float
-        Largest estimated error of a step relative to the states' sizes.
     amplification : float
         Factor by which an error of the states can grow over the phase.
     restarts : int
@@ -93,10 +89,8 @@ class SimulatedPhase:
     times: Array
     states: Array
     miss: Array
-    worst: Array
-    error: float
-    amplification: float = 1.0
-    restarts: int = 0
+    amplification: float
+    restarts: int
 
     def __repr__(self) -> str:
         return f"SimulatedPhase('{self.name}': {', '.join(self.state_names)})"
@@ -111,48 +105,36 @@ class SimulatedMotion:
     phases : tuple of SimulatedPhase
     sizes : mapping of str to float
         Typical sizes of the states, by name.
-    miss : float
-        Largest miss of an end state relative to the state's size; nan if nothing was simulated, as
-        are the next three.
-    worst : float
-        Largest distance from the solution relative to the state's size.
-    error : float
-        Largest estimated error of a step relative to the states' sizes.
-    amplification : float
-        Largest factor by which the motion of a phase amplifies errors.
-    restarts : int
-        How often the simulation was set back to the solution because of the amplification.
     """
 
     phases: tuple[SimulatedPhase, ...]
     sizes: Mapping[str, float] = field(default_factory=dict)
-    miss: float = field(init=False)
-    worst: float = field(init=False)
-    error: float = field(init=False)
-    amplification: float = field(init=False)
-    restarts: int = field(init=False)
 
-    def __post_init__(self) -> None:
-        nan = float("nan")
-        largest = {
-            "miss": max((self._relative(p, p.miss) for p in self.phases), default=nan),
-            "worst": max((self._relative(p, p.worst) for p in self.phases), default=nan),
-            "error": max((phase.error for phase in self.phases), default=nan),
-            "amplification": max((phase.amplification for phase in self.phases), default=nan),
-            "restarts": sum(phase.restarts for phase in self.phases),
-        }
-        for name, value in largest.items():
-            object.__setattr__(self, name, value)
+    @property
+    def miss(self) -> float:
+        """Largest miss of an end state relative to its size; nan if nothing was simulated."""
+        misses = (
+            abs(float(miss)) / self.sizes[name]
+            for phase in self.phases
+            for name, miss in zip(phase.state_names, phase.miss, strict=True)
+        )
+        return max(misses, default=math.nan)
+
+    @property
+    def amplification(self) -> float:
+        """Largest factor by which the motion of a phase amplifies errors; nan as for `miss`."""
+        return max((phase.amplification for phase in self.phases), default=math.nan)
+
+    @property
+    def restarts(self) -> int:
+        """How often the simulation was set back to the solution because of the amplification."""
+        return sum(phase.restarts for phase in self.phases)
 
     def __repr__(self) -> str:
         if not self.phases:
             return "SimulatedMotion(not simulated)"
         names = ", ".join(f"'{phase.name}'" for phase in self.phases)
         return f"SimulatedMotion({names}; misses the end by {self.miss:.2g} of the states' sizes)"
-
-    def _relative(self, phase: SimulatedPhase, values: Array) -> float:
-        sizes = np.array([self.sizes[name] for name in phase.state_names])
-        return float(np.max(np.abs(values) / sizes))
 
 
 def simulate(
@@ -195,16 +177,35 @@ def simulate(
         if phases and not restarted:
             offset = _passed_on(trajectory.phase(phases[-1].name), phases[-1], phase)
 
-        parts = []
-        stepping = bool(problem.steps[statement.name])
-        for segment in segments(transition, most):
-            start = offset if segment.start == 0 else np.zeros_like(offset)
-            parts.append(
-                _simulated_segment(rate, phase, segment, start, phase_sizes, tolerance, stepping)
+        parts = segments(transition, most)
+        states = np.concatenate(
+            [
+                _simulated_segment(
+                    rate,
+                    phase,
+                    part,
+                    offset if part.start == 0 else np.zeros_like(offset),
+                    phase_sizes,
+                    tolerance,
+                    stepping=bool(problem.steps[statement.name]),
+                )
+                for part in parts
+            ]
+        )
+        times, solved = _sampled(phase)
+        misses = (states - solved)[[part.stop - 1 for part in parts], -1]
+        largest = np.abs(misses).argmax(axis=0)
+        phases.append(
+            SimulatedPhase(
+                name=phase.name,
+                state_names=phase.states,
+                times=times,
+                states=states,
+                miss=misses[largest, np.arange(largest.size)],
+                amplification=amplification,
+                restarts=len(parts) - 1 + restarted,
             )
-        joined = _joined(parts)
-        restarts = len(parts) - 1 + restarted
-        phases.append(replace(joined, amplification=amplification, restarts=restarts))
+        )
     return SimulatedMotion(tuple(phases), dict(sizes))
 
 
@@ -232,45 +233,47 @@ def _simulated_segment(
     offset: Array,
     sizes: Array,
     tolerance: float,
+    *,
     stepping: bool,
-) -> SimulatedPhase:
-    """Simulate some intervals from the solution's state plus an offset, in steps as needed."""
+) -> Array:
+    """States (m, _SAMPLES + 1, n_x) of some intervals, from the solution's state plus an offset.
+
+    It takes steps as needed.
+
+    Parameters
+    ----------
+    stepping : bool
+        Whether the dynamics step at a breakpoint.
+    """
     intervals = np.arange(segment.start, segment.stop)
     start = phase.state_polynomial.value(intervals[:1], np.array([0.0]))[0] + offset
+    inputs = _input_powers(phase)[intervals]
+    first, last = phase.breakpoints[intervals], phase.breakpoints[intervals + 1]
+    if stepping:
+        # the sides of a breakpoint have to be told apart
+        first, last = within(first, first, last), within(last, first, last)
 
-    drive = _Drive.of(phase, intervals, stepping)
-    states, error = _marched(rate, drive, start, sizes, tolerance)
+    steps, error = _SAMPLES, np.inf
+    while error > tolerance and steps <= _MOST_STEPS:
+        states, error = _march(rate, inputs, (first, last), start, sizes, steps)
+        states = states[:, :: steps // _SAMPLES]
+        if error > tolerance and steps == _STEPS_IF_STIFF:
+            implicit = backward_differences(
+                rate, start, inputs, (first, last), sizes, _SAMPLES, tolerance
+            )
+            if implicit is not None:
+                return implicit
+        steps *= 2
+    return states
 
-    # beside the solution at the same times
+
+def _sampled(phase: PhaseTrajectory) -> tuple[Array, Array]:
+    """Times (N, _SAMPLES + 1) in each interval of a phase, both ends included, and states there."""
     tau = np.linspace(0.0, 1.0, _SAMPLES + 1)
-    left, width = phase.breakpoints[intervals, None], np.diff(phase.breakpoints)[intervals, None]
-    solved = phase.state_polynomial.value(
-        np.repeat(intervals, tau.size), np.tile(tau, intervals.size)
-    )
-    distance = states - solved.reshape(states.shape)
-    return SimulatedPhase(
-        name=phase.name,
-        state_names=phase.states,
-        times=left + tau * width,
-        states=states,
-        miss=distance[-1, -1],
-        worst=np.abs(distance).max(axis=(0, 1)),
-        error=error,
-    )
-
-
-def _joined(parts: Sequence[SimulatedPhase]) -> SimulatedPhase:
-    """The segments of one phase as one."""
-    misses = np.array([part.miss for part in parts])
-    largest = np.argmax(np.abs(misses), axis=0)
-    return replace(
-        parts[0],
-        times=np.concatenate([part.times for part in parts]),
-        states=np.concatenate([part.states for part in parts]),
-        miss=misses[largest, np.arange(largest.size)],
-        worst=np.max([part.worst for part in parts], axis=0),
-        error=max(part.error for part in parts),
-    )
+    times = phase.breakpoints[:-1, None] + np.diff(phase.breakpoints)[:, None] * tau
+    intervals = np.repeat(np.arange(phase.intervals), tau.size)
+    states = phase.state_polynomial.value(intervals, np.tile(tau, phase.intervals))
+    return times, states.reshape(*times.shape, -1)
 
 
 def _dynamics(
@@ -291,64 +294,32 @@ def _dynamics(
     return ca.Function("dynamics", inputs, ca.cse([rates]))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class _Drive:
-    """What drives the dynamics in some intervals that follow each other.
+def _march(
+    rate: ca.Function,
+    inputs: Array,
+    times: tuple[Array, Array],
+    start: Array,
+    sizes: Array,
+    steps: int,
+) -> tuple[Array, float]:
+    """States (m, steps + 1, n_x) of a march with equal explicit steps, and its error.
 
-    Attributes
+    Parameters
     ----------
     inputs : (m, n_u, count)
         Coefficients of powers of local time of all signals but the states.
-    first, last : (m,)
-        Times [s].
+    times : two of (m,)
+        Where each interval begins and ends [s].
     """
-
-    inputs: Array
-    first: Array
-    last: Array
-
-    @classmethod
-    def of(cls, phase: PhaseTrajectory, intervals: Integers, stepping: bool) -> _Drive:
-        """Of a trajectory; `stepping` says whether the dynamics step at a breakpoint."""
-        first, last = phase.breakpoints[intervals], phase.breakpoints[intervals + 1]
-        if stepping:
-            # the sides of a breakpoint have to be told apart
-            first, last = within(first, first, last), within(last, first, last)
-        return cls(_input_powers(phase)[intervals], first, last)
-
-
-def _marched(
-    rate: ca.Function, drive: _Drive, start: Array, sizes: Array, tolerance: float
-) -> tuple[Array, float]:
-    """States (m, _SAMPLES + 1, n_x) in steps as needed, and the estimated error of a step."""
-    steps, error = _SAMPLES, np.inf
-    while error > tolerance and steps <= _MOST_STEPS:
-        states, error = _march(rate, drive, start, sizes, steps)
-        states = states[:, :: steps // _SAMPLES]
-        if error > tolerance and steps == _STEPS_IF_STIFF:
-            times = drive.first, drive.last
-            implicit = backward_differences(
-                rate, start, drive.inputs, times, sizes, _SAMPLES, tolerance
-            )
-            if implicit is not None:
-                return implicit, tolerance
-        steps *= 2
-    return states, error
-
-
-def _march(
-    rate: ca.Function, drive: _Drive, start: Array, sizes: Array, steps: int
-) -> tuple[Array, float]:
-    """States (m, steps + 1, n_x) of a march with equal explicit steps, and its error."""
-    count, width = len(drive.inputs), drive.last - drive.first
-    step = driven_step(rate, len(start), *drive.inputs.shape[1:])
+    count, (first, last) = len(inputs), times
+    step = driven_step(rate, len(start), *inputs.shape[1:])
 
     # one row a step: coefficients of the inputs, start and length of its interval, local times
     data = np.column_stack(
         [
-            np.repeat(drive.inputs.reshape(count, -1), steps, axis=0),
-            np.repeat(drive.first, steps),
-            np.repeat(width, steps),
+            np.repeat(inputs.reshape(count, -1), steps, axis=0),
+            np.repeat(first, steps),
+            np.repeat(last - first, steps),
             np.tile(np.arange(steps) / steps, count),
             np.full(count * steps, 1.0 / steps),
         ]

@@ -142,8 +142,6 @@ class Verification:
     peaks : tuple of (name, reported value, dense value of the replayed motion)
     objective, replayed_objective : float
         As the solver reports it, and of the replayed motion.
-    integrator_error : float
-        Largest estimated error of a step of the replay, relative to the states' sizes.
     passed : bool
         Whether all tolerances are met.
     reasons : tuple of str
@@ -170,7 +168,6 @@ class Verification:
     peaks: tuple[tuple[str, float, float], ...]
     objective: float
     replayed_objective: float
-    integrator_error: float
     passed: bool
     reasons: tuple[str, ...] = ()
     seconds: float = 0.0
@@ -227,7 +224,6 @@ def verify(
         ),
         objective=iterate.objective,
         replayed_objective=objective,
-        integrator_error=simulated.error,
         passed=False,
         amplification=simulated.amplification,
         restarts=simulated.restarts,
@@ -377,7 +373,7 @@ def _loose_peaks(numbers: Verification) -> str:
 def unverified(objective: float) -> Verification:
     """What stands where no verification was asked for."""
     nan = float("nan")
-    return Verification(nan, nan, (), objective, nan, nan, False, ("verify=False",))
+    return Verification(nan, nan, (), objective, nan, False, ("verify=False",))
 
 
 def _path_excesses(iterate: Iterate, errors: MotionErrors) -> Iterator[tuple[str, float]]:
