@@ -58,10 +58,7 @@ _WEAKLY_ACTIVE = (
     "the solution lies at the limit, whose multiplier is zero: the active set is about to change"
 )
 
-_JUMP = (
-    "expressions of the problem jump at a time that moves, which multipliers do not show; compare "
-    "solves with other values"
-)
+_JUMP = "expressions of the problem jump at a time that moves, which multipliers do not show"
 
 
 class ActiveSetWarning(UserWarning):
@@ -116,33 +113,16 @@ def sensitivities(solution: Solution) -> dict[str, float]:
         not known because an expression jumps at a time that moves.
     """
     both_sides = one_sided_sensitivities(solution)
-    kinks = [
-        f"by '{name}' it changes by {s.below:.6g} for a decrease and {s.above:.6g} for an increase"
+    doubts = [
+        f"by '{name}' it changes by {s.below:.6g} for a decrease and {s.above:.6g} for an increase "
+        f"({s.note})"
         for name, s in both_sides.items()
-        if not (s.is_one or s.note in (_JUMP, _AT_END))
+        if s.note in (_KINK, _UNKNOWN, _JUMP)
     ]
-    if kinks:
+    if doubts:
         warnings.warn(
-            f"the optimum has a kink, where the active set is about to change: {'; '.join(kinks)}; "
-            "see one_sided_sensitivities()",
-            ActiveSetWarning,
-            stacklevel=3,
-        )
-
-    # a slope that is one number may still hold on one side only, or lack the share of a jump
-    unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == _UNKNOWN]
-    if unknown:
-        warnings.warn(
-            f"whether the slopes by {', '.join(unknown)} hold on both sides was not found: "
-            f"{_UNKNOWN}; hold them against a solve with another value",
-            ActiveSetWarning,
-            stacklevel=3,
-        )
-
-    unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == _JUMP]
-    if unknown:
-        warnings.warn(
-            f"the slopes by {', '.join(unknown)} are not known: {_JUMP}",
+            f"the optimum has a kink, or its slope is not known: {'; '.join(doubts)}; hold it "
+            "against solves with other values",
             ActiveSetWarning,
             stacklevel=3,
         )

@@ -38,7 +38,7 @@ from ocp.solution.disk import check_room, read_file, write_file
 from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
-_VERSION = 6
+_VERSION = 7
 _TEXT = "solution.json"
 
 _LISTS, _BYTES_OF_A_LIST = 200_000, 2  # packed, of which the text of a solution has one in three
@@ -139,22 +139,30 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
     FileError
         When it is no such data, damaged, or of another version.
     """
-    archive = _opened(data, name)
     # what is wrong inside a file shows in many ways, all of them while its objects are built
     try:
-        check_room(archive.infolist(), len(data))
-        text = _parsed(archive.read(_TEXT), len(data))
-        if text["format"] != _FORMAT:
-            raise ValueError(f"its format is {text['format']!r}")
-        version = text["version"]
-        if version == _VERSION:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            check_room(archive.infolist(), len(data))
+            text = _parsed(archive.read(_TEXT), len(data))
+            if text["format"] != _FORMAT:
+                raise ValueError(f"its format is {text['format']!r}")
+            if text["version"] != _VERSION:
+                raise FileError(
+                    f"'{name}' is a solution in file version {text['version']!r}, but this version "
+                    f"of ocp reads {_VERSION}; solve again and save it, or load it with the ocp "
+                    "that wrote it"
+                )
             return _read(archive, text, known)
+    except FileError:
+        raise
     except Exception as error:
+        # the name of the first member is at the beginning, the list of all of them at the end
+        if _TEXT.encode() not in data[:100]:
+            raise _no_solution(name) from error
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise FileError(
             f"'{name}' is a damaged solution ({reason}); solve again and save it"
         ) from error
-    raise _other_version(name, version)
 
 
 def _parsed(text: bytes, packed_size: int) -> Any:
@@ -164,31 +172,8 @@ def _parsed(text: bytes, packed_size: int) -> Any:
     return json.loads(text)
 
 
-def _opened(data: bytes, name: str) -> zipfile.ZipFile:
-    """The archive; FileError if it is none, or none of ours."""
-    try:
-        archive = zipfile.ZipFile(io.BytesIO(data))
-    except zipfile.BadZipFile as error:
-        # the list of members is at the end, the name of the first one at the beginning
-        if _TEXT.encode() in data[:100]:
-            raise FileError(
-                f"'{name}' is a damaged solution (its end is missing); solve again and save it"
-            ) from error
-        raise _no_solution(name) from error
-    if _TEXT not in archive.namelist():
-        raise _no_solution(name)
-    return archive
-
-
 def _no_solution(name: str) -> FileError:
     return FileError(f"'{name}' holds no solution; give a file that ocp.save wrote")
-
-
-def _other_version(name: str, version: Any) -> FileError:
-    return FileError(
-        f"'{name}' is a solution in file version {version!r}, but this version of ocp reads "
-        f"{_VERSION}; solve again and save it, or load it with the ocp that wrote it"
-    )
 
 
 def _read(archive: zipfile.ZipFile, text: Any, known: Problem | None) -> Any:

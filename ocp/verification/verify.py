@@ -140,8 +140,12 @@ class Verification:
     excess : float
         Largest excess of a path constraint or bound of the replayed motion, relative.
     peaks : tuple of (name, reported value, dense value of the replayed motion)
+    bounds : tuple of (name, excess of the replayed motion)
+        Of the problem's bounds and links, relative.
     objective, replayed_objective : float
         As the solver reports it, and of the replayed motion.
+    effect : float
+        Of the excess between the solution's points on the objective, by the multipliers, relative.
     passed : bool
         Whether all tolerances are met.
     reasons : tuple of str
@@ -166,8 +170,10 @@ class Verification:
     miss: float
     excess: float
     peaks: tuple[tuple[str, float, float], ...]
+    bounds: tuple[tuple[str, float], ...]
     objective: float
     replayed_objective: float
+    effect: float
     passed: bool
     reasons: tuple[str, ...] = ()
     seconds: float = 0.0
@@ -222,8 +228,10 @@ def verify(
             (peak.name, reported, peaks[peak])
             for peak, reported in zip(problem.peaks, trajectory.peaks, strict=True)
         ),
+        bounds=tuple(_boundary_excesses(iterate, replay.solved, evaluator, dense)),
         objective=iterate.objective,
         replayed_objective=objective,
+        effect=worth_of_excess(iterate, errors.excess),
         passed=False,
         amplification=simulated.amplification,
         restarts=simulated.restarts,
@@ -233,10 +241,8 @@ def verify(
     of_motion = _compared(
         numbers,
         dict(_path_excesses(iterate, errors)),
-        dict(boundary_excesses(iterate, replay.solved, evaluator, dense)),
         accuracy,
         size=iterate.objective_size,
-        effect=worth_of_excess(iterate, errors.excess),
         of_kinks=abs(objective - as_solved) / size,
     )
     compared = list(of_motion)
@@ -298,25 +304,21 @@ class _Compared(NamedTuple):
 def _compared(
     numbers: Verification,
     path: Mapping[str, float],
-    boundary: Mapping[str, float],
     accuracy: Accuracy,
     *,
     size: float,
-    effect: float,
     of_kinks: float,
 ) -> Iterator[_Compared]:
     """All that is compared, see the table of this module.
 
     Parameters
     ----------
-    path, boundary : mapping of str to float
-        Excess of path constraints between the solution's points, and of the problem's bounds and
-        links, by name.
+    path : mapping of str to float
+        Excess of path constraints between the solution's points, by name.
     size : float
         Of the objective.
-    effect, of_kinks : float
-        Of the excess between the points on the objective, relative, and by how much of it its
-        costs are too small there, see `_stated_integrals`.
+    of_kinks : float
+        By how much of the objective its costs are too small between the points.
     """
     yield _Compared(
         numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size"
@@ -333,7 +335,7 @@ def _compared(
         "the dynamics, an integral or an equation is off by {} between the points",
     )
     yield _Compared(
-        effect,
+        numbers.effect,
         _EFFECT,
         "what limits are exceeded by between the points gains {} of the objective: state the limit "
         "that matters as a Bound with scale=, the size of what may not be exceeded",
@@ -352,7 +354,7 @@ def _compared(
         "there; allow more intervals, and for a vector state the scale= of its controls",
     )
 
-    for excesses, allowed in ((path, accuracy.path), (boundary, accuracy.replay)):
+    for excesses, allowed in ((path, accuracy.path), (dict(numbers.bounds), accuracy.replay)):
         for name, excess in excesses.items():
             words = f"'{name}' is exceeded by {{}} of its size"
             yield _Compared(excess, _SLACK * allowed, words)
@@ -373,7 +375,7 @@ def _loose_peaks(numbers: Verification) -> str:
 def unverified(objective: float) -> Verification:
     """What stands where no verification was asked for."""
     nan = float("nan")
-    return Verification(nan, nan, (), objective, nan, False, ("verify=False",))
+    return Verification(nan, nan, (), (), objective, nan, nan, False, ("verify=False",))
 
 
 def _path_excesses(iterate: Iterate, errors: MotionErrors) -> Iterator[tuple[str, float]]:
@@ -387,7 +389,7 @@ def _path_excesses(iterate: Iterate, errors: MotionErrors) -> Iterator[tuple[str
                 yield f"{phase.name}: {constraint.name}", float(excess.values.max())
 
 
-def boundary_excesses(
+def _boundary_excesses(
     iterate: Iterate, trajectory: Trajectory, evaluator: Evaluator, peaks: Mapping[Peak, float]
 ) -> Iterator[tuple[str, float]]:
     """Names of the problem's bounds and links, and how far a motion exceeds them, relative.
