@@ -102,21 +102,6 @@ class SolveOptions:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Exchanged:
-    """The motion of the least cap that was found.
-
-    Attributes
-    ----------
-    solution : Solution
-    gap : float
-        How much less the later objective may be at a local optimum, as a part of its value.
-    """
-
-    solution: Solution
-    gap: float
-
-
 def by_exchanged_roles(
     problem: Problem,
     objective: Any,
@@ -125,7 +110,7 @@ def by_exchanged_roles(
     first: Solution,
     bounds: Sequence[Bound],
     options: SolveOptions,
-) -> Exchanged | None:
+) -> tuple[Solution, float] | None:
     """The least of an objective while another one keeps its limit.
 
     Parameters
@@ -145,8 +130,9 @@ def by_exchanged_roles(
 
     Returns
     -------
-    Exchanged or None
-        None where nothing better than `first` was found.
+    (Solution, float) or None
+        The motion of the least cap that was found, and how much less the objective may be at a
+        local optimum, as a part of its value. None where nothing better than `first` was found.
 
     Raises
     ------
@@ -169,7 +155,7 @@ def by_exchanged_roles(
     )
     if search.excess_low <= 0.0:  # the two do not contend
         found = _attempted(alone, lowest, options, budget)
-        return None if found is None else Exchanged(found, 0.0)
+        return None if found is None else (found, 0.0)
 
     cap = Constant("cap on the next objective", value=0.0)
     below = Bound("next objective", objective - cap.symbol, upper=0.0)
@@ -191,7 +177,7 @@ def by_exchanged_roles(
         best = found if excess <= 0.0 else best
         if 0.0 <= -excess <= _UNUSED * (held.limit - held.value):
             break
-    return None if best is None else Exchanged(best, search.gap)
+    return None if best is None else (best, search.gap)
 
 
 def _attempted(

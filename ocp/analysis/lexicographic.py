@@ -202,7 +202,7 @@ def _next_level(
         )
         if found is None:
             raise
-        return found.solution, found.gap
+        return found
 
 
 def _reached(objective: Any, solution: Solution, slack: float | None, gap: float) -> PriorityLevel:

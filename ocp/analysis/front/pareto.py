@@ -127,7 +127,18 @@ def front(
             raise StatementError(
                 f"the limits {limits!r} of the front cross; give (lowest, highest)"
             )
-    subject = _Traded.of(problem, limited, minimised, settings or Settings(), constants, progress)
+    limit = Constant(_LIMIT, value=0.0)
+    bound = Bound("limited objective", limited, upper=limit)
+    subject = _Traded(
+        problem=with_objective(problem, minimised, [bound]),
+        alone=(with_objective(problem, limited), with_objective(problem, minimised)),
+        limited=limited,
+        minimised=minimised,
+        limit=limit,
+        settings=settings or Settings(),
+        constants=dict(constants or {}),
+        progress=progress,
+    )
     left, right, remarks = subject.ends(limits, guess)
     if left is None or right.x <= left.x:
         return ParetoFront.of(Walked(alone(right), (), stopped=False), remarks)
@@ -154,29 +165,6 @@ class _Traded:
     settings: Settings
     constants: Mapping[Constant, float]
     progress: Progress | bool | None
-
-    @classmethod
-    def of(
-        cls,
-        problem: Problem,
-        limited: Any,
-        minimised: Any,
-        settings: Settings,
-        constants: Mapping[Constant, float] | None,
-        progress: Progress | bool | None,
-    ) -> _Traded:
-        limit = Constant(_LIMIT, value=0.0)
-        bound = Bound("limited objective", limited, upper=limit)
-        return cls(
-            problem=with_objective(problem, minimised, [bound]),
-            alone=(with_objective(problem, limited), with_objective(problem, minimised)),
-            limited=limited,
-            minimised=minimised,
-            limit=limit,
-            settings=settings,
-            constants=dict(constants or {}),
-            progress=progress,
-        )
 
     def ends(
         self, limits: tuple[float, float] | None, guess: Solution | Trajectory | None
