@@ -9,7 +9,6 @@ from scipy.optimize import minimize_scalar
 
 from ocp import (
     TIME,
-    Algebraic,
     Between,
     Bound,
     Constant,
@@ -20,9 +19,7 @@ from ocp import (
     State,
     StatementError,
     Unknown,
-    joined,
     solve,
-    solve_lexicographic,
     with_objective,
 )
 
@@ -35,36 +32,12 @@ def double_integrator(**options):
     return x, v, u, {x: v, v: u}
 
 
-def test_an_unknown_decay_rate():
-    x, rate = State("x"), Unknown("rate", "1/s", lower=0, upper=5)
-    phase = Phase("decay", {x: -rate * x}, initial={x: 1.0}, end=1.0)
-    problem = Problem(
-        "half-life", [phase], minimise=rate, bounds=[Bound("half", phase.at_end(x), upper=0.5)]
-    )
-    found = solve(problem, settings=FEW)
-    assert found.value(rate) == pytest.approx(math.log(2), rel=SOLVED)
-    assert found.trajectory.unknowns["rate"] == found.value(rate)
-
-
 def test_an_unknown_in_a_polynomial_cost():
     x, centre = State("x"), Unknown("centre", "s", lower=-5, upper=5)
     phase = Phase("spread", {x: (TIME - centre) ** 2}, initial={x: 0}, end=1.0)
     found = solve(Problem("variance", [phase], minimise=phase.at_end(x)), settings=FEW)
     assert found.objective == pytest.approx(1 / 12, rel=SOLVED)  # variance on [0, 1]
     assert found.value(centre) == pytest.approx(0.5, abs=1e-6)  # flat minimum: a root of SOLVED
-
-
-def test_a_fit_to_measurements_at_given_instants():
-    x, rate = State("x"), Unknown("rate", "1/s", lower=0, upper=5)
-    phase = Phase("decay", {x: -rate * x}, end=2.0)
-    instants = np.array([0.1, 0.3, 0.75, 1.21, 1.9])
-    data = 1.3 * np.exp(-0.8 * instants)
-    found = solve(Problem("fit", [phase], minimise=phase.misfit(x, instants, data)))
-    # exact data: the squared misfit vanishes, its root is known to the root of the tolerance
-    assert found.value(rate) == pytest.approx(0.8, abs=1e-5)
-    assert found.value(phase.at_start(x)) == pytest.approx(1.3, abs=1e-5)
-    np.testing.assert_allclose(found.sample(x, instants), data, atol=1e-5)
-    assert set(np.round(instants, 9)) <= set(np.round(found.breakpoints, 9))
 
 
 def test_data_are_weighted():
@@ -122,44 +95,6 @@ def test_a_free_initial_time():
     assert found.objective == pytest.approx(4 / 3 * 36**0.25, rel=SOLVED)
 
 
-def test_a_jump_of_a_state_between_phases():
-    # half of the speed is lost at 1 s; 60/37 by elimination of the two cubic pieces' costs
-    # 4 (3 d^2 - 3 d v + v^2) with respect to position and speed before the jump
-    x, v, u, rates = double_integrator()
-    first = Phase("first", rates, initial={x: 0, v: 0}, start=0, end=1)
-    second = Phase("second", rates, final={x: 1, v: 0}, start=1, end=2)
-    found = solve(
-        Problem(
-            "bump",
-            [first, second],
-            minimise=first.integral(u**2) + second.integral(u**2),
-            links=joined(first, second, jump={v: 0.5 * v}),
-        ),
-        settings=FEW,
-    )
-    assert found.objective == pytest.approx(60 / 37, rel=SOLVED)
-    assert found.value(first.at_end(v)) == pytest.approx(36 / 37, rel=1e-6)  # flat minimum
-    assert found.value(second.at_start(v)) == pytest.approx(18 / 37, rel=1e-6)
-    assert found.sample(v, 1.0) == pytest.approx(18 / 37, rel=1e-6)  # the later phase answers
-    assert found.sample(v, 1.0, first) == pytest.approx(36 / 37, rel=1e-6)
-
-
-def test_a_budget_of_effort_bounds_an_integral():
-    # x(1) = int (1 - t) u dt is at most sqrt(1/3) with int u^2 = 1 (Cauchy-Schwarz)
-    x, v, u, rates = double_integrator()
-    phase = Phase("throw", rates, initial={x: 0, v: 0}, end=1.0)
-    problem = Problem(
-        "throw",
-        [phase],
-        maximise=phase.at_end(x),
-        bounds=[Bound("effort", phase.integral(u**2), upper=1)],
-    )
-    found = solve(problem, settings=FEW)
-    assert found.objective == pytest.approx(math.sqrt(1 / 3), rel=SOLVED)
-    times = np.linspace(0, 1, 11)
-    np.testing.assert_allclose(found.sample(u, times), math.sqrt(3) * (1 - times), atol=1e-6)
-
-
 def test_a_nonlinear_function_of_an_integral():
     x, v, u, rates = double_integrator()
     phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
@@ -193,33 +128,12 @@ def test_constants_change_bounds_of_signals_and_numbers():
     assert changed.objective == pytest.approx(3.0, rel=SOLVED)
 
 
-def test_running_time_in_a_cost():
-    # int (1 + t) u^2 with int u = 1 over 2 s: u = c / (1 + t), optimum 1 / ln 3
-    x, u = State("x"), Control("u")
-    phase = Phase("weighted", {x: u}, initial={x: 0}, final={x: 1}, end=2.0)
-    found = solve(Problem("weighted", [phase], minimise=phase.integral((1 + TIME) * u**2)))
-    assert found.objective == pytest.approx(1 / math.log(3), rel=1e-7)  # dynamics tolerance
-
-
 def test_running_time_does_not_start_at_zero():
     x = State("x")
     phase = Phase("late", {x: 3 * TIME**2}, initial={x: 1}, start=2.0, end=3.0)
     found = solve(Problem("cube", [phase], minimise=phase.at_end(x)), settings=FEW)
     assert found.value(phase.at_end(x)) == pytest.approx(1 + 27 - 8, rel=SOLVED)
     assert found.sample(TIME, [2.0, 2.5]) == pytest.approx([2.0, 2.5])
-
-
-def test_an_algebraic_signal_follows_its_equation():
-    # x' = -z with z + z^3 = x: t = int dx / z = int (1/z + 3 z) dz, so
-    # ln(z0/z1) + 3/2 (z0^2 - z1^2) = 1
-    x, z = State("x"), Algebraic("z", lower=0)
-    law = Bound("law", z + z**3 - x, lower=0, upper=0)
-    phase = Phase("decay", {x: -z}, initial={x: 1}, bounds=[law], guess={z: 0.5}, end=1.0)
-    found = solve(Problem("implicit", [phase], minimise=phase.at_end(x)), settings=FEW)
-    start = float(np.real(np.roots([1, 0, 1, -1])[-1]))
-    end = found.value(phase.at_end(z))
-    assert found.value(phase.at_start(z)) == pytest.approx(start, rel=1e-6)  # extrapolated
-    assert math.log(start / end) + 1.5 * (start**2 - end**2) == pytest.approx(1, rel=1e-6)
 
 
 def test_the_same_phases_with_another_objective():
@@ -231,20 +145,6 @@ def test_the_same_phases_with_another_objective():
         problem, phase.integral(u**2), [Bound("stop", phase.at_end(v), lower=0, upper=0)]
     )
     assert solve(stopped, settings=FEW).objective == pytest.approx(12.0, rel=SOLVED)
-
-
-def test_first_the_end_then_the_effort():
-    # |u| <= 1 from rest: at most 1/2 m in 1 s, and only with full thrust; with a slack of a
-    # thousandth some effort can be saved
-    x, v = State("x", "m"), State("v", "m/s")
-    u = Control("u", "m/s^2", lower=-1, upper=1)
-    phase = Phase("push", {x: v, v: u}, initial={x: 0, v: 0}, end=1.0)
-    problem = Problem("push", [phase], maximise=phase.at_end(x))
-    found = solve_lexicographic(
-        problem, [-phase.at_end(x), phase.integral(u**2)], slack=1e-3, settings=FEW
-    )
-    assert found.solution.value(phase.at_end(x)) == pytest.approx(0.5 * (1 - 1e-3), rel=1e-6)
-    assert 0.9 < found.solution.objective < 1.0
 
 
 def test_a_proven_bound_is_reported():

@@ -1,6 +1,7 @@
-"""What a spent budget and Ctrl-C hand over, and what it says of itself."""
+"""What a spent budget and Ctrl-C hand over, what it says of itself, and what counts as spent."""
 
 import signal
+import time
 from dataclasses import replace
 
 import casadi as ca
@@ -12,14 +13,19 @@ from ocp import (
     BudgetSpent,
     Control,
     Interrupted,
+    Ipopt,
+    IterationLimit,
     Phase,
     Problem,
     Settings,
     State,
+    collocate,
     load,
     save,
     solve,
 )
+from ocp.refinement import mesh_solver
+from ocp.transcription.kernels import Program
 
 
 def following():
@@ -104,3 +110,28 @@ def test_what_nobody_can_trust_is_no_solution():
     with pytest.raises(BudgetSpent, match="errors between the points were still") as caught:
         solve(following(), settings=Settings(intervals=2, iterations=20))
     assert caught.value.finished is not None
+
+
+def test_the_functions_of_a_program_are_built_within_the_seconds(monkeypatch):
+    prepare = Program.prepare
+
+    def slowly(program):
+        time.sleep(0.3)
+        prepare(program)
+
+    monkeypatch.setattr(Program, "prepare", slowly)
+    assert collocate(following(), settings=Settings(solver=Ipopt(seconds=30)))
+    with pytest.raises(IterationLimit):
+        collocate(following(), settings=Settings(solver=Ipopt(seconds=0.25)))
+
+
+def test_no_mesh_is_begun_that_cannot_be_examined_in_time(monkeypatch):
+    estimate_errors = mesh_solver.estimate_errors
+
+    def slowly(*arguments):
+        time.sleep(1.2)
+        return estimate_errors(*arguments)
+
+    monkeypatch.setattr(mesh_solver, "estimate_errors", slowly)
+    with pytest.raises(BudgetSpent, match="ended in mesh iteration 1 "):
+        solve(following(), settings=Settings(seconds=2))
