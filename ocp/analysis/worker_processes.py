@@ -167,7 +167,7 @@ def solved_side_by_side(
     """
     context = multiprocessing.get_context(_start_method())
     stop = context.RawValue(ctypes.c_bool, False)
-    waiting: deque[_Run] = deque()
+    waiting: deque[_StartProcess] = deque()
     try:
         while True:
             # a job is taken late: what is left of the seconds is known then
@@ -196,7 +196,7 @@ def solved_side_by_side(
 
 
 @dataclass(eq=False)
-class _Run:
+class _StartProcess:
     """A start in a process of its own; without one it has come already.
 
     Attributes
@@ -237,10 +237,10 @@ class _Run:
             self.pipe.close()
 
 
-def _begun(context: BaseContext, job: StartJob | Trial, stop: Any, *, tells: bool) -> _Run:
+def _begun(context: BaseContext, job: StartJob | Trial, stop: Any, *, tells: bool) -> _StartProcess:
     """The run of a job, whose process has started."""
     if isinstance(job, Trial):
-        return _Run(trial=job)
+        return _StartProcess(trial=job)
     ours, theirs = context.Pipe(duplex=False)
     make: Any = context
     process = make.Process(target=_run, args=(job, theirs, stop, tells), daemon=True)
@@ -249,7 +249,7 @@ def _begun(context: BaseContext, job: StartJob | Trial, stop: Any, *, tells: boo
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     theirs.close()
-    return _Run(job, process, ours)
+    return _StartProcess(job, process, ours)
 
 
 @contextmanager
