@@ -1,12 +1,10 @@
 """How far a motion is off between its points: dynamics, constraints and peaks.
 
-Nothing here asks how the motion was found, nor what a finer mesh would gain. Each interval is
-looked at between its points. Where it is long, what may be narrow is looked at more densely, and
-what that finds counts where the points have missed most of it.
+Nothing here asks how the motion was found, nor what a finer mesh would gain.
 
 A gust, a bump of the road or a resonance may be far narrower than an interval. The points of a mesh
 then see the values on both sides only, and the motion holds to the last digit for a problem without
-it. So what is no low polynomial of time is looked at some thousand times in each phase.
+it. So a phase with what is no low polynomial of time is looked at some thousand times.
 """
 
 from __future__ import annotations
@@ -24,29 +22,22 @@ from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.piecewise_polynomial import Extremes, dense_grid, maxima
 from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.numerics.schemes import Collocation, Gauss
-from ocp.problem.functionals import Integral, Peak
+from ocp.problem.functionals import Peak
 from ocp.problem.parameters import Parameters
 from ocp.problem.symbols import TIME
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
 
-# Panels of a phase, at least, each with so many Gauss points
+# Panels of a phase in which something may be narrow, and of each of its intervals, at least; each
+# has so many Gauss points.
 _PANELS = 1000
+_OF_INTERVAL = 2
 _OF_PANEL = 4
-
-# Panels of an interval, at least. Where none is as long as that, a mesh is as fine as the samples,
-# and has seen all that they see.
-_LEAST = 2
 
 # Degree up to which a polynomial hides nothing between the points, and the operations of an
 # expression up to which it is worth to look whether it is one
 _SMOOTH = 8
 _SHORT = 1000
-
-# Times what the points of an interval tell, up to which dense samples are the same thing once more.
-# What is less than the last number is rounding.
-_MORE = 3.0
-_NOTHING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -73,15 +64,19 @@ class DenseSamples:
     seconds: Array
 
     @classmethod
-    def of(cls, motion: PhaseTrajectory) -> DenseSamples | None:
-        """Those of a phase; None where its own points are as dense."""
-        shares = np.diff(motion.fractions)
-        if shares.max() * _PANELS < _LEAST:
-            return None
-        counts = np.maximum(np.ceil(shares * _PANELS).astype(np.int64), _LEAST)
+    def of(cls, motion: PhaseTrajectory, *, rough: bool) -> DenseSamples:
+        """Those of a phase; two more than its degree in each interval if it hides nothing."""
+        counts, rule = (
+            np.ones(motion.intervals, np.int64),
+            Gauss().at(int(motion.degrees.max()) + 2),
+        )
+        if rough:
+            shares = np.diff(motion.fractions) * _PANELS
+            counts, rule = np.ceil(shares).astype(np.int64), Gauss().at(_OF_PANEL)
+            counts = np.maximum(counts, _OF_INTERVAL)
         starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
         intervals = np.repeat(np.arange(motion.intervals), counts)
-        width, rule = 1.0 / counts[intervals], Gauss().at(_OF_PANEL)
+        width = 1.0 / counts[intervals]
         left = (np.arange(intervals.size) - starts[intervals]) * width
         tau = left[:, None] + width[:, None] * rule.points
         seconds = (np.diff(motion.breakpoints)[intervals] * width)[:, None] * rule.weights
@@ -100,14 +95,9 @@ class DenseSamples:
         return found.T.reshape(len(expressions), *self.tau.shape)
 
     def integrals(self, values: Array) -> Array:
-        """Integrals over each interval of what has values (..., P, q), (..., N).
-
-        What is not a number counts as nothing: the points have told it.
-        """
-        finite = np.where(np.isfinite(values), values, 0.0)
-        return np.asarray(
-            np.add.reduceat((finite * self.seconds).sum(axis=-1), self.starts, axis=-1)
-        )
+        """Integrals over each interval of what has values (n, P, q), (n, N)."""
+        of_panels = (values * self.seconds).sum(axis=2)
+        return np.asarray(np.add.reduceat(of_panels, self.starts, axis=1))
 
     def largest(self, values: Array) -> tuple[Array, Array]:
         """The largest of values (P, q) in each interval, and its local time, (N,) each."""
@@ -133,11 +123,6 @@ def is_rough(evaluator: Evaluator, phase: str, expression: ca.SX) -> bool:
         return degree is None or degree > _SMOOTH
 
     return evaluator.once(("rough", phase, expression.element_hash()), found)
-
-
-def is_unseen(densely: Array, at_points: Array) -> Array:
-    """Whether what the points of intervals tell (N,) misses most of what is there (N,)."""
-    return np.asarray(densely > _MORE * np.maximum(at_points, 0.0) + _NOTHING)
 
 
 # Samples of a peak over all intervals of a phase, at most
@@ -187,7 +172,7 @@ class MotionErrors:
                 self.trajectory.phases,
                 self.transcription.constraints,
                 self.limits,
-                self._dense,
+                self._samples,
                 strict=True,
             )
         )
@@ -195,21 +180,26 @@ class MotionErrors:
     @cached_property
     def dynamics(self) -> tuple[Array, ...]:
         """Errors of dynamics, integrals and equations in each interval of each phase, (N,) each."""
-        errors = []
-        for index, motion in enumerate(self.trajectory.phases):
-            parts = (
-                self._dynamics_error(motion, index),
-                self._quadrature_error(motion),
-                self._equation_error(motion, index),
+        return tuple(
+            np.maximum.reduce(
+                [self._dynamics_error(k), self._quadrature_error(k), self._equation_error(k)]
             )
-            seen, densely = np.maximum.reduce(parts), self._off_densely(motion, index)
-            errors.append(np.where(is_unseen(densely, seen), densely, seen))
-        return tuple(errors)
+            for k in range(len(self.trajectory.phases))
+        )
 
     @cached_property
-    def _dense(self) -> tuple[DenseSamples | None, ...]:
-        """Dense samples of each phase, None where its points are as dense."""
-        return tuple(DenseSamples.of(motion) for motion in self.trajectory.phases)
+    def _samples(self) -> tuple[DenseSamples, ...]:
+        """Samples of each phase, dense ones where an expression is rough."""
+        problem, found = self.transcription.problem, []
+        for index, motion in enumerate(self.trajectory.phases):
+            expressions = [
+                *problem.phases[index].dynamics.values(),
+                *(f.expression for f in problem.integrals[motion.name]),
+                *(c.expression for c in self.transcription.constraints[index]),
+            ]
+            rough = any(is_rough(self.evaluator, motion.name, e) for e in expressions)
+            found.append(DenseSamples.of(motion, rough=rough))
+        return tuple(found)
 
     @property
     def worst_excess(self) -> float:
@@ -237,7 +227,7 @@ class MotionErrors:
         motion: PhaseTrajectory,
         constraints: Sequence[PathConstraint],
         limits: Sequence[tuple[float, float]],
-        dense: DenseSamples | None,
+        dense: DenseSamples,
     ) -> tuple[Extremes, ...]:
         limited = [c for c in constraints if not c.is_equation]
         samples = iter(
@@ -255,7 +245,7 @@ class MotionErrors:
         constraint: PathConstraint,
         limits: tuple[float, float],
         samples: Array,
-        dense: DenseSamples | None,
+        dense: DenseSamples,
     ) -> Extremes:
         """Excess of one constraint from its values on the dense grid, (N, m)."""
         lower, upper = limits
@@ -276,125 +266,58 @@ class MotionErrors:
         extremes = maxima(at, sampled(samples), _grid(motion), level=0.0)
         size = constraint.size(limits, largest)
         seen, tau = extremes.values / size, extremes.tau
-        if dense is not None and is_rough(self.evaluator, motion.name, constraint.expression):
-            every = dense.values(self.evaluator, self.trajectory, [constraint.expression])
-            most, where = dense.largest(beyond(every[0]) / size)
-            unseen = is_unseen(most, seen)
-            seen, tau = np.where(unseen, most, seen), np.where(unseen, where, tau)
+        if is_rough(self.evaluator, motion.name, constraint.expression):
+            (every,) = dense.values(self.evaluator, self.trajectory, [constraint.expression])
+            most, where = dense.largest(beyond(every) / size)
+            seen, tau = np.maximum(seen, most), np.where(most > seen, where, tau)
         return Extremes(seen, tau, size)
 
-    def _equation_error(self, motion: PhaseTrajectory, index: int) -> Array:
+    def _equation_error(self, index: int) -> Array:
         """How far equations are off in each interval, the largest relative to its scale, (N,)."""
-        constraints, limits = self.transcription.constraints[index], self.limits[index]
-        pairs = zip(constraints, limits, strict=True)
-        equations = [(c, upper) for c, (_, upper) in pairs if c.is_equation]
-        expressions = [c.expression for c, _ in equations]
-        samples = _samples(self.evaluator, self.trajectory, motion, expressions)
-        worst = np.zeros(motion.intervals)
-
-        for (equation, wanted), values in zip(equations, samples, strict=True):
-
-            def off(
-                intervals: Integers,
-                tau: Array,
-                expression: Any = equation.expression,
-                wanted: float = wanted,
-            ) -> Array:
-                return np.abs(self._values(motion, expression, intervals, tau) - wanted)
-
-            extremes = maxima(off, np.abs(values - wanted), _grid(motion), level=-np.inf)
-            worst = np.maximum(worst, extremes.values / equation.scale)
-        return worst
-
-    def _dynamics_error(self, motion: PhaseTrajectory, index: int) -> Array:
-        """Integrated residual of the dynamics relative to the sizes of the states, (N,).
-
-        The residual ``|x' - f|`` of the collocation polynomial is integrated by Gauss quadrature of
-        two points more than the degree (Betts, "Practical Methods for Optimal Control", sec. 4.7).
-        """
-        rates = list(self.transcription.problem.phases[index].dynamics.values())
-        sizes = np.array([self.transcription.scales.signals[name] for name in motion.states])
-        nodes = Gauss().at(int(motion.degrees.max()) + 2)
-        intervals, tau = _every_interval(motion, nodes.points)
-
-        stated = self.evaluator.values(self.trajectory, motion.name, rates, intervals, tau)
-        residual = np.abs(motion.rates(intervals, tau) - stated) / sizes
-        residual = residual.reshape(motion.intervals, nodes.degree, -1)
-
-        steps = np.diff(motion.breakpoints)
-        error = np.einsum("kqs,q->ks", residual, nodes.weights) * steps[:, None]
-        return _finite_or_infinite(error.max(axis=1))
-
-    def _off_densely(self, motion: PhaseTrajectory, index: int) -> Array:
-        """Errors of rough dynamics, integrals and equations by dense samples, relative, (N,)."""
-        dense, worst = self._dense[index], np.zeros(motion.intervals)
-        if dense is None:
-            return worst
-        problem, scales = self.transcription.problem, self.transcription.scales
-
-        def values(expressions: Sequence[Any]) -> Array:
-            return dense.values(self.evaluator, self.trajectory, expressions)
-
-        def rough(expression: Any) -> bool:
-            return is_rough(self.evaluator, motion.name, expression)
-
-        rates = {s: rate for s, rate in problem.phases[index].dynamics.items() if rough(rate)}
-        if rates:
-            own = motion.rates(*dense.places).reshape(*dense.tau.shape, -1)
-            for state, stated in zip(rates, values(list(rates.values())), strict=True):
-                residual = np.abs(own[..., motion.states.index(state.name)] - stated)
-                worst = np.maximum(worst, dense.integrals(residual) / scales.signals[state.name])
-        integrals = [f for f in problem.integrals[motion.name] if rough(f.expression)]
-        if integrals:
-            found = dense.integrals(values([f.expression for f in integrals]))
-            by_scheme = self._by_scheme(motion, [f.expression for f in integrals])
-            for f, total, own in zip(integrals, found, by_scheme.T, strict=True):
-                size = max(scales.functionals[f], abs(float(total.sum())))
-                worst = np.maximum(worst, np.abs(total - own) / size)
-        for c, (_, wanted) in zip(
-            self.transcription.constraints[index], self.limits[index], strict=True
-        ):
-            if c.is_equation and rough(c.expression):
-                off, _ = dense.largest(np.abs(values([c.expression])[0] - wanted))
+        samples, constraints = self._samples[index], self.transcription.constraints[index]
+        worst = np.zeros(samples.motion.intervals)
+        for c, (_, wanted) in zip(constraints, self.limits[index], strict=True):
+            if c.is_equation:
+                (values,) = samples.values(self.evaluator, self.trajectory, [c.expression])
+                off, _ = samples.largest(_finite_or_infinite(np.abs(values - wanted)))
                 worst = np.maximum(worst, off / c.scale)
         return worst
 
-    def _by_scheme(self, motion: PhaseTrajectory, expressions: list[Any]) -> Array:
-        """Integrals of expressions over each interval by the quadrature of the scheme, (N, n)."""
-        found = np.zeros((motion.intervals, len(expressions)))
-        for degree in sorted(set(motion.degrees.tolist())):
-            here = np.flatnonzero(motion.degrees == degree)
-            rule = motion.scheme.at(degree)
-            width = np.diff(motion.breakpoints)[here, None]
-            found[here] = self._integrated(motion, expressions, here, rule) * width
-        return found
+    def _dynamics_error(self, index: int) -> Array:
+        """Integrated residual of the dynamics relative to the sizes of the states, (N,).
 
-    def _quadrature_error(self, motion: PhaseTrajectory) -> Array:
+        The residual ``|x' - f|`` of the collocation polynomial is integrated by Gauss quadrature
+        (Betts, "Practical Methods for Optimal Control", sec. 4.7).
+        """
+        samples = self._samples[index]
+        rates = list(self.transcription.problem.phases[index].dynamics.values())
+        states = samples.motion.states
+        sizes = np.array([self.transcription.scales.signals[name] for name in states])
+        stated = samples.values(self.evaluator, self.trajectory, rates)
+        own = samples.motion.rates(*samples.places).T.reshape(stated.shape)
+        error = samples.integrals(np.abs(own - stated) / sizes[:, None, None])
+        return _finite_or_infinite(error.max(axis=0))
+
+    def _quadrature_error(self, index: int) -> Array:
         """Error of the scheme's quadrature relative to the sizes of the integrals, (N,).
 
-        The reference is Gauss quadrature of three points more than the degree. The size of an
-        integral is its own value where that is more than its scale.
+        The size of an integral is its own value where that is more than its scale.
         """
-        integrals: list[Integral] = list(self.transcription.problem.integrals[motion.name])
+        samples, motion = self._samples[index], self._samples[index].motion
+        integrals = list(self.transcription.problem.integrals[motion.name])
         if not integrals:
             return np.zeros(motion.intervals)
-        sizes = [self.transcription.scales.functionals[f] for f in integrals]
         expressions = [f.expression for f in integrals]
-        error = np.zeros((motion.intervals, len(integrals)))
-        totals = np.zeros(len(integrals))
-
+        reference = samples.integrals(samples.values(self.evaluator, self.trajectory, expressions))
+        by_scheme = np.empty_like(reference)
         for degree in sorted(set(motion.degrees.tolist())):
             here = np.flatnonzero(motion.degrees == degree)
-            width = np.diff(motion.breakpoints)[here, None]
-            by_scheme, by_reference = (
-                self._integrated(motion, expressions, here, rule) * width
-                for rule in (motion.scheme.at(degree), Gauss().at(degree + 3))
-            )
-            error[here] = np.abs(by_scheme - by_reference)
-            totals += by_reference.sum(axis=0)
+            means = self._integrated(motion, expressions, here, motion.scheme.at(degree))
+            by_scheme[:, here] = means.T * np.diff(motion.breakpoints)[here]
 
-        relative = error / np.maximum(sizes, np.abs(totals))
-        return _finite_or_infinite(relative.max(axis=1))
+        sizes = [self.transcription.scales.functionals[f] for f in integrals]
+        relative = np.maximum(sizes, np.abs(reference.sum(axis=1)))
+        return _finite_or_infinite((np.abs(by_scheme - reference) / relative[:, None]).max(axis=0))
 
     def _integrated(
         self,
