@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ocp.algorithm import first_mesh, solve, solve_from, told_of
+from ocp.analysis.saddles import lower_motion, may_be_saddle
 from ocp.arrays import Array
 from ocp.errors import FamilyStopped, Interrupted, SolveFailed, StatementError
 from ocp.estimates.motion_errors import MotionErrors
@@ -38,7 +39,6 @@ from ocp.refinement.policies.moving_mesh import (
     price_of_widths,
 )
 from ocp.refinement.refine import refine
-from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.refinement.solved_mesh import MeshIteration, iterations_of, record_of
 from ocp.reformulate.form import Form
 from ocp.settings import Settings

@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ocp.algorithm import solve
+from ocp.analysis.saddles import lower_beside
 from ocp.errors import HomotopyStopped, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress
-from ocp.refinement.saddles import lower_beside
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 

@@ -31,11 +31,11 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
+from ocp.analysis.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
 from ocp.arrays import Array, Integers
+from ocp.diagnostics.crossed_jumps import crossed_jumps
 from ocp.optimality.active_set import ACTIVE, LimitDistances, limit_distances
-from ocp.optimality.crossed_jumps import crossed_jumps
 from ocp.optimality.iterate import Iterate
-from ocp.optimality.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
 from ocp.problem.end_limits import sides_closed_by_ends
 from ocp.problem.parameters import Parameters, limit_slopes

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from ocp.accuracy import Accuracy
+from ocp.diagnostics.crossed_jumps import crossed_jumps
 from ocp.diagnostics.diagnostic import Evidence, Finding
-from ocp.optimality.crossed_jumps import crossed_jumps
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import (
     ReplayedAnswer,

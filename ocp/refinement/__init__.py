@@ -9,5 +9,5 @@ attempts as it takes and within the `budget`. A `solved_mesh` is what the solver
 an answer.
 
 `raised_peaks` sets peaks to what the motion has between its points, `runaway` finds what needs a
-limit, and `saddles` looks for what is better than an answer, for those who ask.
+limit, and `switch_multipliers` the multipliers where a switch is held, for those who ask.
 """

@@ -23,40 +23,20 @@ seems convex it is not: then there is one optimum.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import replace
-from itertools import cycle
 
 import numpy as np
 
 from ocp.mesh.initial_guess import states_a_motion, states_only_lines
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import collapsed, counted
-from ocp.nlp.solver import NlpResult, NlpSolver, StartingPoint
+from ocp.nlp.solver import NlpResult
 from ocp.refinement.convexity import seems_convex
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.search import (
-    PATIENCE,
-    FirstMesh,
-    MeshAnswer,
-    best_of_several,
-    finer_mesh,
-    simulated,
-)
+from ocp.refinement.search import HOPEFUL, PATIENCE, FirstMesh, MeshAnswer, best_of_several
 from ocp.refinement.sizes_after import OUTSIZED
 from ocp.scaling.scales import SHRUNK
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
-
-# Guesses that are simulated at most, answers that are compared, and guesses on a finer mesh, where
-# each costs more.
-_GUESSES = 8
-_ANSWERS = 3
-_GUESSES_IF_FINER = 2
-
-# Part that is left, on intervals of a quarter, of what no start can meet, up to which
-# a still finer mesh is tried: what lacks for other reasons stays.
-_FALLING = 0.3
 
 # Scaled violation of rows that counts as none on the way to a motion of no time: its control is
 # millions of times its size, and rounding with it.
@@ -65,9 +45,6 @@ _MET = 1e-2
 # Iterations from which on a straight line that a user stated has led far round about. From guesses
 # that are near, a solver takes some dozens.
 _ROUND_ABOUT = 150
-
-# outcomes after which another start may do better, the last one if the run was long
-_HOPEFUL = {"infeasible", "failed", "budget"}
 
 
 def first_answer(first_mesh: FirstMesh, program: Transcription, result: NlpResult) -> MeshAnswer:
@@ -78,41 +55,21 @@ def first_answer(first_mesh: FirstMesh, program: Transcription, result: NlpResul
     result : NlpResult
         What came of the stated guess; its iterations are counted on.
     """
+    meshes = first_mesh.meshes
     if result.outcome == "invalid number":
-        return _with_values(first_mesh, program, result)
-    if result.outcome != "solved":
-        hopeful = _hopeful(first_mesh.meshes, program, result)
-        if hopeful or _seems_to_shrink(first_mesh.meshes, program, result):
+        # a motion that the user states is the user's choice
+        if states_a_motion(meshes.problem, meshes.parameters):
+            return MeshAnswer(program, result)
+    elif result.outcome != "solved":
+        hopeful = _hopeful(meshes, program, result)
+        if hopeful or _seems_to_shrink(meshes, program, result):
             program, result = _in_its_sizes(first_mesh, program, result)
         if not hopeful and result.outcome != "solved":
             return MeshAnswer(program, result)
-    found = MeshAnswer(program, result, lost=int(result.outcome != "solved"))
-    if _may_be_far(first_mesh.meshes, result):
-        found = best_of_several(first_mesh, program, result)
-    if found.result.outcome in ("solved", "interrupted", "unbounded"):
-        return found
-    sought = _sought(first_mesh, program, found.result)
-    return _counted_with(found, sought)
-
-
-def _counted_with(before: MeshAnswer, found: MeshAnswer) -> MeshAnswer:
-    """An answer that counts the starts before, too; the one that it went on from stands in both."""
-    twice = int(before.result.outcome != "solved")
-    return replace(
-        found, starts=before.starts + found.starts - 1, lost=before.lost + found.lost - twice
-    )
-
-
-def _with_values(first_mesh: FirstMesh, program: Transcription, failed: NlpResult) -> MeshAnswer:
-    """The first mesh from other starts, where an expression has no value at the stated guess.
-
-    What failed first is kept where none leads anywhere: it names the expression at that guess. A
-    motion that the user states is the user's choice.
-    """
-    meshes = first_mesh.meshes
-    if states_a_motion(meshes.problem, meshes.parameters):
-        return MeshAnswer(program, failed)
-    return best_of_several(first_mesh, program, failed)
+    far = _may_be_far(meshes, result)
+    if result.outcome in ("solved", "interrupted") and not far:
+        return MeshAnswer(program, result)
+    return best_of_several(first_mesh, program, result, far=far)
 
 
 def _in_its_sizes(
@@ -147,7 +104,7 @@ def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> b
     if met and not _backwards(motion) and collapsed(program, motion, failed.x) is not None:
         return False  # it is the statement that leads there
     short = failed.outcome == "budget" and failed.iterations < PATIENCE
-    return failed.outcome in _HOPEFUL and not short and equations <= free
+    return failed.outcome in HOPEFUL and not short and equations <= free
 
 
 def _seems_to_shrink(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> bool:
@@ -175,64 +132,3 @@ def _may_be_far(meshes: MeshSolver, result: NlpResult) -> bool:
         return True
     long = result.outcome != "solved" or result.iterations > _ROUND_ABOUT
     return long and states_only_lines(problem, parameters)
-
-
-def _sought(first_mesh: FirstMesh, program: Transcription, failed: NlpResult) -> MeshAnswer:
-    """The first mesh from other starts, then a finer one; what failed where none leads anywhere.
-
-    Parameters
-    ----------
-    failed : NlpResult
-        What came of the starts until now; its iterations are counted on.
-    """
-    found = MeshAnswer(program, failed)
-    found, before = _from_other_starts(first_mesh, program, found, _GUESSES)
-    mesh = finer_mesh(first_mesh.meshes, program.mesh)
-    while found.result.outcome in _HOPEFUL and mesh is not None:
-        again = first_mesh.meshes.first_program(None, mesh)
-        second, off = _from_other_starts(first_mesh, again, found, _GUESSES_IF_FINER)
-        if second.result.outcome in ("solved", "interrupted"):
-            return second
-        found = replace(second, program=program)
-        mesh = finer_mesh(first_mesh.meshes, mesh) if off < _FALLING * before else None
-        before = off
-    return found
-
-
-def _from_other_starts(
-    first_mesh: FirstMesh, program: Transcription, failed: MeshAnswer, guesses: int
-) -> tuple[MeshAnswer, float]:
-    """The best answer of one program from other starts, or what failed before.
-
-    The second is the least sum of what the starts leave of their rows, scaled.
-    """
-    answers, last, starts, off = list[NlpResult](), failed.result, failed.starts, math.inf
-    limits = first_mesh.meshes.limits(program)
-    for last in first_mesh.runs(program, _attempts(first_mesh, program, guesses), failed.result):
-        starts += 1
-        off = min(off, float(limits.excess(last.rows).sum()))
-        if last.outcome == "interrupted":
-            return MeshAnswer(program, last, starts), off
-        if last.outcome == "solved":
-            answers.append(last)
-        if len(answers) == _ANSWERS:
-            break
-
-    best = min(answers, key=lambda answer: answer.objective, default=failed.result)
-    result = replace(best, iterations=last.iterations, seconds=last.seconds)
-    return MeshAnswer(program, result, starts, starts - len(answers)), off
-
-
-def _attempts(
-    first_mesh: FirstMesh, program: Transcription, count: int
-) -> Iterator[tuple[NlpSolver, StartingPoint]]:
-    """Solvers and starting points in order."""
-    # where a filter takes no step any more, a penalty function often does
-    solver, meshes = first_mesh.solver, first_mesh.meshes
-    others = [*solver.alternatives(warm=True), *solver.alternatives(warm=False)]
-    limits = meshes.limits(program)
-    for other in others:
-        yield other, meshes.starting_point(program, None, limits)
-
-    points = simulated(meshes, program, count)
-    yield from zip(cycle([solver, *others]), points, strict=False)

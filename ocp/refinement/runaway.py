@@ -114,41 +114,24 @@ def impulse(first: Iterate, last: Iterate) -> Impulse | None:
     pairs = zip(first.trajectory.phases, last.trajectory.phases, strict=True)
     for before, after in pairs:
         for control in last.problem.controls[after.name]:
-            limits = last.parameters.signal_limits[control.name]
-            least = _HIGH * first.scales.signals[control.name]
-            free = [s for s, limit in zip((-1.0, 1.0), limits, strict=True) if np.isinf(limit)]
-            # beside an impulse a polynomial swings to the other side, too, but less in the mean
-            free.sort(key=lambda sign: -_done(after, control, sign))
-            for sign in free:
-                (old_height, old_width), (height, width) = (
-                    _highest(motion, control, sign) for motion in (before, after)
-                )
-                # without a part of this sign on the first mesh there is nothing to compare
-                peaked = old_height > 0 and height >= least and width <= _NARROWER * old_width
-                if peaked and height * width >= _AS_MUCH * old_height * old_width:
-                    most = free[0]
-                    return Impulse(after.name, control, most * _highest(after, control, most)[0])
+            old, new = _means(before, control), _means(after, control)
+            # beside an impulse a polynomial swings to the other side, too, and may do so farther
+            sign = float(np.sign(old[np.abs(old).argmax()]))
+            was, now = int((sign * old).argmax()), int((sign * new).argmax())
+            old_width, width = np.diff(before.fractions)[was], np.diff(after.fractions)[now]
+            limit = last.parameters.signal_limits[control.name][int(sign > 0.0)]
+            height, old_height = sign * float(new[now]), sign * float(old[was])
+            high = height >= _HIGH * first.scales.signals[control.name]
+            narrow = width <= _NARROWER * old_width
+            as_much = height * width >= _AS_MUCH * old_height * old_width
+            if np.isinf(limit) and high and narrow and as_much:
+                return Impulse(after.name, control, sign * height)
     return None
 
 
-def _highest(motion: PhaseTrajectory, control: Control, sign: float) -> tuple[float, float]:
-    """The largest interval mean of a control's part of one sign, and that interval's width.
-
-    The height is in the unit of the control, the width a fraction of the phase.
-    """
-    means = _means(motion, control, sign)
-    highest = int(means.argmax())
-    return float(means[highest]), float(np.diff(motion.fractions)[highest])
-
-
-def _done(motion: PhaseTrajectory, control: Control, sign: float) -> float:
-    """Mean over the phase of a control's part of one sign, not negative [unit of the control]."""
-    return float(_means(motion, control, sign) @ np.diff(motion.fractions))
-
-
-def _means(motion: PhaseTrajectory, control: Control, sign: float) -> Array:
-    """Interval means of a control's part of one sign, not negative [unit of the control], (N,)."""
+def _means(motion: PhaseTrajectory, control: Control) -> Array:
+    """Means of a control over the intervals of a phase [unit of the control], (N,)."""
     intervals = np.repeat(np.arange(motion.intervals), _POINTS.size)
     tau = np.tile(_POINTS, motion.intervals)
     values = motion.polynomial(control.name).value(intervals, tau)[:, 0]
-    return np.asarray(np.maximum(sign * values, 0.0).reshape(motion.intervals, -1).mean(axis=1))
+    return np.asarray(values.reshape(motion.intervals, -1).mean(axis=1))

@@ -187,6 +187,14 @@ def finer_mesh(meshes: MeshSolver, mesh: Mesh) -> Mesh | None:
     return Mesh(phases)
 
 
+# outcomes after which another start may do better, the last one if the run was long
+HOPEFUL = {"infeasible", "failed", "budget"}
+
+# Starts without an answer, beside a guess that states a motion and on a finer mesh, after which a
+# mesh counts as one that has none. Each costs more on a finer mesh.
+_LOST = 10
+_LOST_IF_FINER = 4
+
 # Other starts on one mesh at most. The work is iterations times unknowns: this much takes about
 # half a minute, and a large program gets fewer starts. But a few cheap ones tell nothing.
 _STARTS = 24
@@ -247,24 +255,35 @@ class _Answer:
     dynamics: float
 
 
-def best_of_several(first_mesh: FirstMesh, program: Transcription, first: NlpResult) -> MeshAnswer:
+def best_of_several(
+    first_mesh: FirstMesh, program: Transcription, first: NlpResult, *, far: bool
+) -> MeshAnswer:
     """The best answer from where the guess is and from other starts.
 
     Parameters
     ----------
     first : NlpResult
         What came of the stated guess, an answer or not.
+    far : bool
+        Whether that guess says nothing of where the best answer is.
     """
-    answers = [_examined(first_mesh.meshes, program, first)] if first.outcome == "solved" else []
-    mesh = finer_mesh(first_mesh.meshes, program.mesh)
+    meshes = first_mesh.meshes
+    answers = (_examined(meshes, program, first),) if first.outcome == "solved" else ()
     undefined = int(first.outcome == "invalid number")
-    search = _FirstMeshSearch(program, tuple(answers), first, 1, undefined=undefined)
-    coarse = tuple[_Answer, ...]()
-    search = _searched(first_mesh, search, may_refine=mesh is not None)
-    if search.no_motion and mesh is not None:
-        again = first_mesh.meshes.first_program(None, mesh)
-        finer = _FirstMeshSearch(again, (), search.last, search.starts)
-        search, coarse = _searched(first_mesh, finer, may_refine=False), search.answers
+    search = _FirstMeshSearch(program, answers, first, 1, undefined=undefined)
+    mesh, coarse = finer_mesh(meshes, program.mesh), tuple[_Answer, ...]()
+    # beside a guess that states a motion other options of the solver come first
+    others = [] if far else _other_options(first_mesh, program)
+    most = _STARTS if far else _LOST
+    search = _searched(first_mesh, search, others, most, may_refine=mesh is not None)
+    while mesh is not None and search.asks_for_finer:
+        again = meshes.first_program(None, mesh)
+        mesh, coarse = finer_mesh(meshes, mesh), coarse + search.answers
+        others, most = _other_options(first_mesh, again), _LOST_IF_FINER
+        if coarse:
+            others, most = [], _STARTS
+        search = _FirstMeshSearch(again, (), search.last, search.starts)
+        search = _searched(first_mesh, search, others, most, may_refine=not coarse)
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted" or search.seems_unbounded:
@@ -317,6 +336,11 @@ class _FirstMeshSearch:
         return replace(self, answers=answers, last=last, starts=self.starts + 1)
 
     @property
+    def asks_for_finer(self) -> bool:
+        """Whether a finer mesh may lead to a motion where this one has led to none."""
+        return self.no_motion or (not self.answers and self.last.outcome in HOPEFUL)
+
+    @property
     def seems_undefined(self) -> bool:
         """Whether an expression has had no value from any start, and there were several."""
         return self.undefined == self.starts > _ENOUGH
@@ -328,20 +352,41 @@ class _FirstMeshSearch:
         return ran_away and self.unbounded > len(self.answers)
 
 
+def _other_options(
+    first_mesh: FirstMesh, program: Transcription
+) -> list[tuple[NlpSolver, StartingPoint]]:
+    """Other options of the solver, from the stated guess."""
+    # where a filter takes no step any more, a penalty function often does
+    solver, meshes = first_mesh.solver, first_mesh.meshes
+    point = meshes.starting_point(program, None, meshes.limits(program))
+    others = (*solver.alternatives(warm=True), *solver.alternatives(warm=False))
+    return [(other, point) for other in others]
+
+
 def _searched(
-    first_mesh: FirstMesh, before: _FirstMeshSearch, *, may_refine: bool
+    first_mesh: FirstMesh,
+    before: _FirstMeshSearch,
+    others: Attempts,
+    most: int,
+    *,
+    may_refine: bool,
 ) -> _FirstMeshSearch:
     """The search gone on with, until it has found or done enough.
 
     Parameters
     ----------
+    others : iterable of solver and starting point
+        That come before the motions and waves.
+    most : int
+        Starts without an answer.
     may_refine : bool
         Whether a finer mesh may follow. Then it ends, too, where the best answer is no motion yet.
     """
     program, search = before.program, before
     limit = _Limit.of(first_mesh, program, before.last)
     agree = _AGREE_IF_OTHERS if meet_freely(first_mesh.meshes.problem.phases) else _AGREE
-    attempts = ((first_mesh.solver, point) for point in _alternating(first_mesh.meshes, program))
+    points = _alternating(first_mesh.meshes, program)
+    attempts = chain(others, ((first_mesh.solver, point) for point in points))
     known = [answer.value for answer in before.answers]
     same = _same_within(first_mesh.meshes)
 
@@ -366,6 +411,8 @@ def _searched(
         if last.outcome == "interrupted" or settled or (may_refine and no_motion):
             break
         if search.seems_unbounded or search.seems_undefined:
+            break
+        if not answers and search.starts - before.starts >= most:
             break
         if limit.reached(last.iterations, search.starts):
             break

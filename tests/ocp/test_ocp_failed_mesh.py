@@ -55,7 +55,7 @@ def test_intervals_are_cut_where_more_points_lead_the_solver_astray():
     problem = Problem("move", [phase], minimise=phase.integral(u**2))
     solver = Choosy(Ipopt(), [])
     assert isinstance(solver, NlpSolver)
-    found = solve(problem, settings=Settings(intervals=8, solver=solver))
+    found = solve(problem, settings=Settings(intervals=6, solver=solver))
     given_up = [k for k, m in enumerate(found.mesh_iterations) if m.status == "Given_Up"]
     assert given_up
     before, after = (found.mesh_iterations[given_up[0] + k] for k in (-1, 1))

@@ -22,8 +22,8 @@ from ocp import (
     homotopy,
     solve,
 )
+from ocp.analysis.saddles import added_curvature, starts_beside
 from ocp.nlp.solver import StartingPoint
-from ocp.refinement.saddles import added_curvature, starts_beside
 
 PUSH = Constant("push", "1/s^2", 5.0)
 

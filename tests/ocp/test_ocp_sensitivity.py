@@ -23,8 +23,8 @@ from ocp import (
     joined,
     solve,
 )
+from ocp.analysis.multiplier_sets import MultiplierChanges
 from ocp.analysis.sensitivity import ActiveSetWarning, slopes_by_multipliers
-from ocp.optimality.multiplier_sets import MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
 
 # closed forms: meshes are refined until finer controls gain less than 1e-5 of the optimum
