@@ -13,7 +13,6 @@ from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, drawn_times
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Signal
 
 _WAVES = np.arange(4)  # cosines of half a period each, with amplitudes that fall as 1 / (1 + n)
 
@@ -42,15 +41,15 @@ def wavy_guess(
         phase.name: _wavy(problem, phase, around, sizes, parameters, times[phase.name], random)
         for phase in problem.phases
     }
-    unknowns = {
-        u.name: _drawn(
-            around.unknowns[u.name],
-            parameters.unknown_limits[u.name],
-            unknown_sizes[u.name],
-            random,
-        )
-        for u in problem.unknowns
-    }
+    unknowns = {}
+    for unknown in problem.unknowns:
+        name, (lower, upper) = unknown.name, parameters.unknown_limits[unknown.name]
+        # anywhere between limits that are finite, else around the guess
+        if math.isfinite(upper - lower):
+            unknowns[name] = float(random.uniform(lower, upper))
+        else:
+            wavy = around.unknowns[name] + unknown_sizes[name] * random.normal()
+            unknowns[name] = float(min(max(wavy, lower), upper))
     return InitialGuess(phases, unknowns)
 
 
@@ -96,38 +95,19 @@ def _wavy(
     random: np.random.Generator,
 ) -> _WavyGuess:
     """Draw the waves of all signals of a phase."""
-    own, signals = stated.phases[phase.name], problem.signals[phase.name]
-    reaches = {s.name: _reach(s, sizes, parameters) for s in signals}
+    signals, waves = problem.signals[phase.name], {}
+    for signal in signals:
+        # half the distance of limits where both are finite, the typical size elsewhere
+        lower, upper = parameters.signal_limits[signal.name]
+        bounded = math.isfinite(upper - lower)
+        reach = 0.5 * (upper - lower) if bounded else sizes[signal.name]
+        drawn = random.normal(size=_WAVES.size)
+        waves[signal.name] = np.asarray(0.5 * reach * drawn / (1 + _WAVES))
     return _WavyGuess(
-        stated=own,
+        stated=stated.phases[phase.name],
         start=times[0],
         end=times[1],
         limits={s.name: parameters.signal_limits[s.name] for s in signals},
-        waves={name: _amplitudes(reach, random) for name, reach in reaches.items()},
+        waves=waves,
         held={s.name: (s in phase.initial, s in phase.final) for s in signals},
     )
-
-
-def _amplitudes(reach: float, random: np.random.Generator) -> Array:
-    """Amplitudes of the waves of a signal that may move by `reach`."""
-    drawn = random.normal(size=_WAVES.size)
-    return np.asarray(0.5 * reach * drawn / (1 + _WAVES))
-
-
-def _drawn(
-    stated: float, limits: tuple[float, float], size: float, random: np.random.Generator
-) -> float:
-    """Anywhere between limits that are finite, else around the stated guess."""
-    if math.isfinite(limits[1] - limits[0]):
-        return float(random.uniform(*limits))
-    return _inside(stated + size * random.normal(), limits)
-
-
-def _reach(signal: Signal, sizes: Mapping[str, float], parameters: Parameters) -> float:
-    """Half the distance of a signal's limits where both are finite, its typical size elsewhere."""
-    lower, upper = parameters.signal_limits[signal.name]
-    return 0.5 * (upper - lower) if math.isfinite(upper - lower) else sizes[signal.name]
-
-
-def _inside(value: float, limits: tuple[float, float]) -> float:
-    return float(min(max(value, limits[0]), limits[1]))

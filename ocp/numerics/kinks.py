@@ -8,14 +8,14 @@ be given instead of found: ``fabs(x)`` is then x or -x, whatever the sign of x.
 
 The results of comparisons, signs and floors are constant piece by piece. Where such a result
 changes, the expressions may jump. The derivative of the result is zero on both sides, so nothing
-that is built on derivatives sees the jump. A remainder has a quotient of the kind: ``fmod(a, b) = a
-- n b`` with a whole number n. ``copysign`` has the sign of its second argument.
+that is built on derivatives sees the jump. Remainders and ``copysign`` are written by these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import casadi as ca
 
@@ -28,8 +28,13 @@ from ocp.numerics.expression_graph import (
 )
 
 _STEPWISE = {"lt", "le", "eq", "ne", "sign", "floor", "ceil"}
-_REMAINDERS = {"fmod", "remainder"}
-_BY_STEPS = _STEPWISE | _REMAINDERS | {"copysign"}
+
+# operations of two operands that step, by those above
+_BY_STEPS: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
+    "fmod": lambda a, b: a - b * ca.sign(a / b) * ca.floor(ca.fabs(a / b)),
+    "remainder": lambda a, b: a - b * ca.floor(a / b + 0.5),
+    "copysign": lambda a, b: ca.fabs(a) * ca.sign(b),
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,64 +57,30 @@ def stepwise_operations(
     expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]
 ) -> StepwiseOperations | None:
     """The stepwise operations of scalar expressions, or None where there are none."""
-    if operations_of(*expressions).isdisjoint(_BY_STEPS):
+    if operations_of(*expressions).isdisjoint(_STEPWISE | _BY_STEPS.keys()):
         return None
 
     graph = graph_of(expressions, symbols)
-    named = {i: one.operation for i, one in enumerate(graph.instructions)}
-    places = [i for i, name in named.items() if name in _BY_STEPS]
-    results = _results(graph, places, symbols)
+    by_steps: dict[int, Replacement] = {
+        place: partial(_by_steps, one.operation)
+        for place, one in enumerate(graph.instructions)
+        if one.operation in _BY_STEPS
+    }
+    if by_steps:
+        graph = graph_of(graph.rebuilt(symbols, by_steps), symbols)
 
+    instructions = graph.instructions
+    places = [i for i, one in enumerate(instructions) if one.operation in _STEPWISE]
+    results = ExpressionGraph(instructions, tuple(places)).rebuilt(symbols)
     held = [ca.SX.sym(f"result_{i}") for i in range(len(places))]
-    values = graph.rebuilt(
-        symbols, {i: _with_held(named[i], own) for i, own in zip(places, held, strict=True)}
-    )
-    inputs = [ca.vertcat(*symbols, ca.SX(0, 1)), ca.vertcat(*held)]
-    return StepwiseOperations(
-        results, ca.Function("held", inputs, [ca.densify(ca.vertcat(*values))])
-    )
+    values = graph.rebuilt(symbols, dict(zip(places, held, strict=True)))
+    inputs = [ca.vertcat(*symbols, ca.SX(0, 1)), ca.vertcat(*held, ca.SX(0, 1))]
+    function = ca.Function("held", inputs, [ca.densify(ca.vertcat(*values))])
+    return StepwiseOperations(tuple(results), function)
 
 
-def _results(
-    graph: ExpressionGraph, places: Sequence[int], symbols: Sequence[ca.SX]
-) -> tuple[ca.SX, ...]:
-    """What changes of the stepwise operations at some places of a graph.
-
-    The graph is rebuilt once for all of them. A rebuild for each takes far longer than the graph
-    itself where there are many, and they would share none of their parts.
-    """
-    of = [(place, *graph.instructions[place].operands) for place in places]
-    flat = tuple(number for each in of for number in each)
-    values = iter(ExpressionGraph(graph.instructions, flat).rebuilt(symbols))
-    return tuple(
-        _result(graph.instructions[place].operation, [next(values) for _ in each])
-        for place, each in zip(places, of, strict=True)
-    )
-
-
-def _result(operation: str, values: Sequence[ca.SX]) -> ca.SX:
-    """The result of a stepwise operation, the whole number of a remainder, or a sign.
-
-    Parameters
-    ----------
-    values : sequence of SX
-        What the operation gives, and then its operands.
-    """
-    found, *operands = values
-    if operation in _REMAINDERS:
-        return ca.floor((operands[0] - found) / operands[1] + 0.5)
-    if operation == "copysign":
-        return ca.sign(operands[1])
-    return found
-
-
-def _with_held(name: str, held: ca.SX) -> Replacement:
-    """An operation with its stepwise result, its quotient or its sign given."""
-    if name in _REMAINDERS:
-        return lambda operands: operands[0] - held * operands[1]
-    if name == "copysign":
-        return lambda operands: held * ca.fabs(operands[0])
-    return lambda _: held
+def _by_steps(operation: str, operands: Sequence[ca.SX]) -> ca.SX:
+    return _BY_STEPS[operation](*operands)
 
 
 _KINKED = ("fabs", "fmin", "fmax")

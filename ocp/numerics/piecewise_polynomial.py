@@ -251,19 +251,20 @@ class PiecewisePolynomial:
 
     def value(self, intervals: Integers, tau: Array) -> Array:
         """Values at local times of intervals, both (m,), shape (m, n)."""
-        values = np.empty((intervals.size, self.components))
-        for piece, here, row in self._by_piece(intervals):
-            weights = piece.basis.values(tau[here])
-            values[here] = np.einsum("ms,msn->mn", weights, piece.coefficients[row])
-        return values
+        return self._combined(intervals, lambda basis, here: basis.values(tau[here]))
 
     def rate(self, intervals: Integers, tau: Array) -> Array:
         """Time derivatives at local times of intervals, shape (m, n) [unit / s]."""
-        rates = np.empty((intervals.size, self.components))
+        slopes = self._combined(intervals, lambda basis, here: basis.slopes(tau[here]))
+        return slopes / np.diff(self.breakpoints)[intervals][:, None]
+
+    def _combined(self, intervals: Integers, weights: Callable[[Basis, Any], Array]) -> Array:
+        """Coefficients of intervals, weighted by numbers of their basis."""
+        values = np.empty((intervals.size, self.components))
         for piece, here, row in self._by_piece(intervals):
-            weights = piece.basis.slopes(tau[here])
-            rates[here] = np.einsum("ms,msn->mn", weights, piece.coefficients[row])
-        return rates / np.diff(self.breakpoints)[intervals][:, None]
+            own = weights(piece.basis, here)
+            values[here] = np.einsum("ms,msn->mn", own, piece.coefficients[row])
+        return values
 
     def at(self, times: Array) -> Array:
         """Values at times (m,) [s], shape (m, n); a breakpoint belongs to its right."""

@@ -18,7 +18,7 @@ from ocp.problem.display import with_unit
 from ocp.problem.parameters import Interval, Parameters, limit_slopes
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, is_real
+from ocp.problem.symbols import TIME, is_real, scalar
 
 # A stated number, or an expression of constants, and its name among the sensitivities
 Named = tuple[str, Any]
@@ -66,32 +66,26 @@ def sides_closed_by_ends(problem: Problem, parameters: Parameters) -> dict[str, 
             values = getattr(parameters, f"{what}_values")
             for state in stated:
                 low, high = values[phase.name, state.name]
-                name, given = f"{phase.name}: {state.name} {what}", stated[state]
                 least, largest = parameters.signal_limits[state.name]
-                at = _BEYOND * sizes[state.name]
-                if low != high or isinstance(given, tuple):
+                if low != high or isinstance(stated[state], tuple):
                     continue
+                own = f"{phase.name}: {state.name} {what}", stated[state]
+                lower, upper = (f"{state.name} {side}" for side in ("lower", "upper"))
+                at = _BEYOND * sizes[state.name]
                 if low - least <= at:
-                    limit = f"{state.name} lower", state.lower
-                    _close(closed, _room((name, given), limit, parameters))
+                    _close(closed, own, (lower, state.lower), parameters)
                 if largest - high <= at:
-                    limit = f"{state.name} upper", state.upper
-                    _close(closed, _room(limit, (name, given), parameters))
+                    _close(closed, (upper, state.upper), own, parameters)
     return closed
 
 
-def _room(larger: Named, smaller: Named, parameters: Parameters) -> dict[str, float]:
-    """Slopes of the difference of two stated numbers by each number that may change it, by name."""
-    room = {larger[0]: 1.0, smaller[0]: -1.0}
-    for sign, (_, stated) in ((1.0, larger), (-1.0, smaller)):
-        for name, slope in limit_slopes(stated, parameters).items():
-            room[name] = room.get(name, 0.0) + sign * slope
-    return room
-
-
-def _close(closed: dict[str, tuple[bool, bool]], room: Mapping[str, float]) -> None:
-    """Close the side of each number on which there is less than no room."""
-    for name, slope in room.items():
+def _close(
+    closed: dict[str, tuple[bool, bool]], larger: Named, smaller: Named, parameters: Parameters
+) -> None:
+    """Close the side of each number on which less than no room is between two stated numbers."""
+    room = scalar(larger[1], "a limit") - scalar(smaller[1], "a limit")
+    slopes = {larger[0]: 1.0, smaller[0]: -1.0, **limit_slopes(room, parameters)}
+    for name, slope in slopes.items():
         below, above = closed.get(name, (False, False))
         closed[name] = below or slope > 0.0, above or slope < 0.0
 
@@ -106,11 +100,8 @@ def _prescribed(
     numbers = dict(parameters.values)
     if is_real(time):
         numbers[TIME.name] = float(time)  # type: ignore[arg-type]
-    for state in phase.states:
-        low, high = values.get((phase.name, state.name), (-math.inf, math.inf))
-        if low == high:
-            numbers[state.name] = low
-    return numbers
+    own = {name: limits for (where, name), limits in values.items() if where == phase.name}
+    return numbers | {name: low for name, (low, high) in own.items() if low == high}
 
 
 def _sizes(phase: Phase, parameters: Parameters) -> dict[str, float]:

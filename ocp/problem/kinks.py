@@ -25,13 +25,8 @@ def rate_text(state: State) -> str:
 @lru_cache(maxsize=64)
 def kinks_of(problem: Problem) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Each expression that has kinks, in words, and the operations of CasADi that make them."""
-    expressions = [
-        *((rate_text(s), e) for p in problem.phases for s, e in p.dynamics.items()),
-        *((functional_text(f), piece) for f in problem.functionals for _, piece in f.pieces),
-        *((f"'{b.name}'", b.expression) for p in problem.phases for b in p.bounds),
-        *((f"'{b.name}'", b.expression) for b in problem.boundary_constraints),
-        ("the objective", problem.objective),
-    ]
+    along = [entry for phase in problem.phases for entry in problem.along(phase)]
+    expressions = [*along, *problem.of_numbers()]
     found = ((what, tuple(kinked_operations(expression))) for what, expression in expressions)
     return tuple((what, operations) for what, operations in found if operations)
 

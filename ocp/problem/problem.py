@@ -155,9 +155,9 @@ class Problem:
     @cached_property
     def discontinuities(self) -> tuple[Discontinuity, ...]:
         """Jumps of the statement's expressions, see `ocp.problem.discontinuities`."""
-        found = list(discontinuities("", list(self._of_numbers())))
+        found = list(discontinuities("", list(self.of_numbers())))
         for phase in self.phases:
-            free, along = not phase.has_fixed_times, list(self._along(phase))
+            free, along = not phase.has_fixed_times, list(self.along(phase))
             found += discontinuities(phase.name, along, time_range(phase), free_times=free)
         return tuple(found)
 
@@ -166,13 +166,13 @@ class Problem:
         """Whether an expression jumps at a place that depends on the motion."""
         return any(found.moves for found in self.discontinuities)
 
-    def _of_numbers(self) -> Iterator[tuple[str, ca.SX]]:
+    def of_numbers(self) -> Iterator[tuple[str, ca.SX]]:
         """Expressions of numbers of the whole motion, with what they are."""
         yield "the objective", self.objective
         for bound in self.boundary_constraints:
             yield f"the bound '{bound.name}'", bound.expression
 
-    def _along(self, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
+    def along(self, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
         """Expressions along a phase, with what they are."""
         for state, rate in phase.dynamics.items():
             yield f"the rate of '{state.name}'", rate
@@ -355,14 +355,10 @@ def check_is_problem(thing: Any) -> None:
             f"'{thing.name}' is a phase without an objective; write Problem('{thing.name}', phase, "
             "minimise=...)"
         )
-    if isinstance(thing, (list, tuple)) and any(isinstance(entry, Phase) for entry in thing):
-        raise StatementError(
-            f"the argument 'problem' is a {type(thing).__name__} of phases; write Problem(name, "
-            "phases, minimise=...)"
-        )
     if not isinstance(thing, Problem):
         raise StatementError(
-            f"the argument 'problem' is of type {type(thing).__name__}; give a Problem"
+            f"the argument 'problem' is of type {type(thing).__name__}; give a Problem(name, "
+            "phases, minimise=...)"
         )
 
 

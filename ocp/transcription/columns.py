@@ -29,9 +29,6 @@ from ocp.problem.symbols import Algebraic, Between, Control, Piecewise, Signal, 
 from ocp.scaling.scales import Scales
 from ocp.transcription.rows import Limits
 
-# first column, rows and columns of a table of unknowns that follow each other
-_Table = tuple[int, int, int]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControlSet:
@@ -89,18 +86,18 @@ class IntervalLayout:
     Attributes
     ----------
     rule : Collocation
-    controls : tuple of (first, rows, columns)
+    controls : tuple of (count, n)
         The coefficients of each set of controls, one row a coefficient.
-    inner, algebraics : (first, rows, columns)
+    inner, algebraics : (m, n)
         The states inside and the algebraic signals, one row a point.
     length : int
         Number of all columns of the interval.
     """
 
     rule: Collocation
-    controls: tuple[_Table, ...]
-    inner: _Table
-    algebraics: _Table
+    controls: tuple[Integers, ...]
+    inner: Integers
+    algebraics: Integers
     length: int
 
     @classmethod
@@ -116,21 +113,21 @@ class IntervalLayout:
         """For numbers of signals; with `determined` equations give all coefficients of controls."""
         place = states + totals
 
-        def table(rows: int, columns: int) -> _Table:
+        def table(rows: int, columns: int) -> Integers:
             nonlocal place
             begin, place = place, place + rows * columns
-            return begin, rows, columns
+            return np.arange(begin, place).reshape(rows, columns)
 
-        def of_sets(*, fixed: bool) -> dict[ControlSet, _Table]:
+        def of_sets(*, fixed: bool) -> dict[ControlSet, Integers]:
             return {
                 members: table(_coefficients(members, rule, determined), len(members.controls))
                 for members in control_sets
                 if (members.order is not None) == fixed
             }
 
-        leading = of_sets(fixed=True)
+        tables = of_sets(fixed=True)
         inner = table(rule.inner, states)
-        tables = leading | of_sets(fixed=False)
+        tables |= of_sets(fixed=False)
         of_algebraics = table(rule.degree, algebraics)
         controls = tuple(tables[members] for members in control_sets)
         return cls(rule, controls, inner, of_algebraics, length=place)
@@ -149,13 +146,8 @@ class IntervalLayout:
         nodes : (N + 1, n_x)
             Columns of the states there.
         """
-
-        def columns(table: _Table) -> Integers:
-            place, rows, count = table
-            inside = np.arange(rows * count).reshape(rows, count)
-            return np.asarray(begins[intervals][:, None, None] + place + inside)
-
-        support = [nodes[intervals][:, None, :], columns(self.inner)]
+        first = begins[intervals][:, None, None]
+        support = [nodes[intervals][:, None, :], first + self.inner]
         if self.rule.ends_on_support:
             support.append(nodes[intervals + 1][:, None, :])
         return IntervalGroup(
@@ -163,8 +155,8 @@ class IntervalLayout:
             intervals=intervals,
             moving=moving,
             support=np.concatenate(support, axis=1),
-            controls=tuple(columns(table) for table in self.controls),
-            algebraics=columns(self.algebraics),
+            controls=tuple(first + table for table in self.controls),
+            algebraics=first + self.algebraics,
         )
 
 

@@ -57,7 +57,7 @@ def test_a_jump_at_a_place_is_told_when_it_is_stated_and_not_certified(rate):
 
 
 def test_a_remainder_jumps_too():
-    with pytest.warns(StatementWarning, match=r"rate of 'x'.* jumps where .*fmod"):
+    with pytest.warns(StatementWarning, match=r"rate of 'x'.* jumps where .*floor"):
         crossing(speed - 0.5 * ca.fmod(x.symbol, 0.6))
 
 

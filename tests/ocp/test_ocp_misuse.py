@@ -129,7 +129,7 @@ WRONG_KINDS = {
         lambda: solve(drive()),
         r"'drive' is a phase without an objective; write Problem\('drive', phase, minimise",
     ),
-    "phases to solve": (lambda: solve([drive()]), r"a list of phases; write Problem\(name, phases"),
+    "phases to solve": (lambda: solve([drive()]), r"is of type list; give a Problem\(name, phases"),
     "a phase to report": (lambda: scaling_report(drive()), r"'drive' is a phase without"),
     "a phase to change": (lambda: with_objective(drive(), 0), r"'drive' is a phase without"),
     "a problem to certify": (lambda: certify(task(drive())), r"a Solution, not .*solve it first"),
