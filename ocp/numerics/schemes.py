@@ -246,21 +246,6 @@ class Trapezoid(Lobatto):
 SCHEMES = {scheme.__name__: scheme for scheme in (Radau, Gauss, Lobatto, HermiteSimpson, Trapezoid)}
 
 
-def scheme_named(name: str, degree: int) -> Scheme:
-    """The scheme of that name, for files and configurations.
-
-    Raises
-    ------
-    StatementError
-        For an unknown name or a degree that the scheme does not have.
-    """
-    for scheme in SCHEMES.values():
-        if scheme.name == name:
-            return scheme() if scheme.fixed_degree else scheme(degree)
-    known = ", ".join(scheme.name for scheme in SCHEMES.values())
-    raise StatementError(f"'{name}' is no collocation scheme; choose one of {known}")
-
-
 @lru_cache(maxsize=256)
 def _collocation(points_and_order: Callable[[int], tuple[Array, int]], degree: int) -> Collocation:
     points, order = points_and_order(degree)

@@ -31,7 +31,7 @@ from ocp import (
     solve,
     solve_lexicographic,
 )
-from ocp.numerics.schemes import scheme_named
+from tests.ocp.named_schemes import scheme_named
 
 SCHEMES = ("radau", "gauss", "lobatto", "hermite-simpson", "trapezoid")
 SHAPES = ("constant", "linear", "polynomial")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ocp import Between, Bound, Control, Phase, Problem, Settings, State, joined, solve
-from ocp.numerics.schemes import scheme_named
+from tests.ocp.named_schemes import scheme_named
 
 SCHEMES = ["radau", "gauss", "lobatto", "hermite-simpson"]
 SHAPES = ["constant", "linear", "polynomial"]

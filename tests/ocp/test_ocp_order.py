@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
-from ocp.numerics.schemes import scheme_named
+from tests.ocp.named_schemes import scheme_named
 
 METHODS = [
     *[("radau", s) for s in (1, 2, 3, 4)],

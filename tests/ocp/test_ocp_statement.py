@@ -24,7 +24,6 @@ from ocp import (
     solve_lexicographic,
 )
 from ocp.mesh.mesh import PhaseMesh, uniform
-from ocp.numerics.schemes import scheme_named
 
 x, v, other = State("x", "m"), State("v", "m/s", lower=-1, upper=2), State("other")
 u, twin = Control("u", "m/s^2"), Control("u", "m/s^2")
@@ -218,10 +217,6 @@ ILL_POSED = {
     "a tolerance of zero": (
         lambda: Settings(accuracy=Accuracy(path=0.0)),
         r"'path' is 0.0; give a positive number",
-    ),
-    "an unknown scheme": (
-        lambda: scheme_named("euler", 4),
-        r"'euler' is no collocation scheme; choose one of radau",
     ),
     "an unknown shape": (
         lambda: Settings(controls="cubic"),
