@@ -8,9 +8,13 @@ Hamiltonian has no jump). So the mesh is solved once more with breakpoints that 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from ocp.arrays import Flags
 from ocp.mesh.mesh import Mesh
+from ocp.optimality.active_set import AT, share_at_limit
 from ocp.optimality.hamiltonian import relative_jumps
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.refinement.mesh_solver import MeshSolver
@@ -29,8 +33,8 @@ def with_free_switches(meshes: MeshSolver, iterate: Iterate) -> Iterate:
 
     Costates, Hamiltonian and slopes are those of the problem for the multipliers found here.
     """
-    mesh = with_movable_switches(iterate)
-    if mesh is None or not _seem_to_gain(meshes, iterate, mesh):
+    mesh = _freed(meshes, iterate)
+    if mesh is None:
         return iterate
     # it is asked for when the solve is over, and so is that one's budget
     again = meshes.at(meshes.parameters)
@@ -43,11 +47,32 @@ def with_free_switches(meshes: MeshSolver, iterate: Iterate) -> Iterate:
     return iterate if moved else free
 
 
-def _seem_to_gain(meshes: MeshSolver, iterate: Iterate, free: Mesh) -> bool:
-    """Whether the Hamiltonian jumps at breakpoints that move on another mesh only."""
+def _freed(meshes: MeshSolver, iterate: Iterate) -> Mesh | None:
+    """A mesh whose breakpoints may move where a switch should, by the multipliers; None if none."""
+    free = with_movable_switches(iterate)
+    if free is None:
+        return None
+    phases = []
     for index, (new, old) in enumerate(zip(free.phases, iterate.mesh.phases, strict=True)):
-        freed = np.array(sorted({*new.movable} - {*old.movable}), dtype=int)
-        jumps = relative_jumps(iterate, meshes.evaluator, index)[freed - 1]
-        if jumps.max(initial=0.0) > _NOISE:
-            return True
-    return False
+        jumps = relative_jumps(iterate, meshes.evaluator, index) > _NOISE
+        wrong = np.flatnonzero(_switches(iterate, index) & jumps) + 1
+        movable = {*old.movable} | ({*new.movable} & {*wrong.tolist()})
+        phases.append(replace(new, movable=tuple(sorted(movable))))
+    mesh = replace(free, phases=tuple(phases))
+    held = [
+        new.movable == old.movable for new, old in zip(phases, iterate.mesh.phases, strict=True)
+    ]
+    return None if all(held) else mesh
+
+
+def _switches(iterate: Iterate, index: int) -> Flags:
+    """Whether a control goes from one of its limits to the other at inner breakpoints, (N - 1,)."""
+    motion = iterate.trajectory.phases[index]
+    switch = np.zeros(motion.intervals - 1, dtype=bool)
+    for control in motion.controls:
+        lower, upper = iterate.parameters.signal_limits[control]
+        values, margin = motion.polynomial(control), AT * (upper - lower)
+        if np.isfinite(margin):
+            low, high = (share_at_limit(values, at, margin) == 1.0 for at in (lower, upper))
+            switch |= (low[:-1] & high[1:]) | (high[:-1] & low[1:])
+    return switch
