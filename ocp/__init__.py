@@ -56,7 +56,7 @@ from ocp.problem.symbols import (
 )
 
 if TYPE_CHECKING:
-    from ocp.algorithm import collocate, solve
+    from ocp.algorithm import solve
     from ocp.analysis.correction import Corrected, corrected
     from ocp.analysis.family import Family, Member, family
     from ocp.analysis.front.continuation import FrontPoint
@@ -87,7 +87,7 @@ if TYPE_CHECKING:
 # What states a problem is loaded now, and all else when it is first asked for: a program that only
 # states problems, or asks for help, need not wait for it. It saves a third of the time.
 _LATER = {
-    "algorithm": ("collocate", "solve"),
+    "algorithm": ("solve",),
     "analysis.correction": ("Corrected", "corrected"),
     "analysis.family": ("Family", "Member", "family"),
     "analysis.front.continuation": ("FrontPoint",),
@@ -196,7 +196,6 @@ __all__ = [
     "audit",
     "certify",
     "coarsened",
-    "collocate",
     "confirm",
     "corrected",
     "family",

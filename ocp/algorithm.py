@@ -17,7 +17,7 @@ from ocp.later import later
 from ocp.mesh.initial_guess import following, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.nlp.failures import collapsed, failure, remedy_for_kinks
+from ocp.nlp.failures import collapsed, remedy_for_kinks
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
@@ -33,7 +33,6 @@ from ocp.reformulate.form import Form, reformulated
 from ocp.reformulate.split_controls import check_parts
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
-from ocp.transcription.packing import trajectory_of
 from ocp.verdict import verdict_on
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import ReplayedAnswer, Verification, unverified, verify
@@ -219,61 +218,6 @@ def told_of(form: Form) -> Iterator[None]:
             if isinstance(motion, Trajectory):
                 setattr(error, name, form.stated(motion))
         raise
-
-
-@checked_keywords()
-def collocate(
-    problem: Problem,
-    *,
-    settings: Settings | None = None,
-    guess: Trajectory | None = None,
-    mesh: Mesh | None = None,
-    progress: Progress | bool | None = None,
-) -> tuple[Trajectory, float]:
-    """Solve on one mesh and return what the solver found, neither refined nor verified.
-
-    For callers who replay the answer on models of their own; others want `solve`.
-
-    Parameters
-    ----------
-    problem : Problem
-    settings, guess, mesh, progress : optional
-        As of `solve`.
-
-    Returns
-    -------
-    trajectory : Trajectory
-    objective : float
-        Its value [unit of the objective].
-
-    Raises
-    ------
-    StatementError
-        An argument is of the wrong kind, or the guess is not finite or has a wrong shape.
-    SolveFailed
-        The solver found nothing; the message names the worst constraint.
-    Interrupted
-        The user stopped the solve.
-    """
-    settings = _DEFAULTS if settings is None else settings
-    check_arguments(problem, settings, guess, mesh)
-    form = form_of(problem, settings)
-    parameters, start = form.parameters(), None if guess is None else form.solved(guess)
-    with shown(progress) as say, told_of(form):
-        meshes = MeshSolver.of(form.problem, settings, parameters, say)
-        program = meshes.first_program(start, mesh or first_mesh(form.problem, settings, start))
-        result = meshes.solve(program, start, settings.solver)
-
-    motion = trajectory_of(program, result.x, parameters)
-    trajectory = form.stated(motion)
-    if result.outcome == "interrupted":
-        raise Interrupted(f"'{problem.name}' was stopped", trajectory, None, None)
-    if result.outcome != "solved":
-        with told_of(form):
-            raise failure(program, result, parameters, motion)
-    if form.is_statement:
-        return trajectory, problem.sense * result.objective * program.scales.objective
-    return trajectory, form.objective(trajectory, Evaluator(problem))
 
 
 def check_arguments(problem: Any, settings: Any, guess: Any, mesh: Any) -> None:

@@ -43,7 +43,7 @@ def verdict_on(
     if refinement.ending in CUT_SHORT:
         parts.insert(1, f"accurate to {checked.accuracy:.1e}")
     # what meets a proven bound needs no second opinion
-    if not parts[0].startswith("global"):
+    if not is_global(parts[0]):
         parts.append(NOT_CONFIRMED)
     return "; ".join(parts)
 
@@ -58,13 +58,9 @@ def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -
     if bound is None:
         return verdict
 
-    value = refinement.best.iterate.objective
-    gap = gap_to_bound(value, bound, meshes.problem.sense)
-    if abs(gap) <= max(meshes.settings.accuracy.objective, BOUND_MET):
-        return f"global: bound met (gap {abs(gap):.1e})"
-    if gap < 0:
-        verdict += f"; the bound of {bound:.6g} is refuted by {value:.6g}"
-    return verdict
+    value, sense = refinement.best.iterate.objective, meshes.problem.sense
+    allowed = max(meshes.settings.accuracy.objective, BOUND_MET)
+    return with_bound(verdict, value, bound, sense, allowed)
 
 
 def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
@@ -115,8 +111,8 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     return ": ".join(part for part in (ending, "; ".join(open_tolerances)) if part)
 
 
-def gap_to_bound(value: float, bound: float, sense: float) -> float:
-    """How far a value is from a proven bound, relative to the bound; negative if it refutes it.
+def with_bound(verdict: str, value: float, bound: float, sense: float, allowed: float) -> str:
+    """A verdict on a value for which there is a proven bound: global if it meets that.
 
     Parameters
     ----------
@@ -124,6 +120,18 @@ def gap_to_bound(value: float, bound: float, sense: float) -> float:
         [unit of the objective]
     sense : float
         Of the problem: 1 where it is minimised, -1 where it is maximised.
+    allowed : float
+        Part of the bound by which a value that meets it may be off.
     """
     # only zero meets a bound of zero
-    return sense * (value - bound) / max(abs(bound), 1e-300)
+    gap = sense * (value - bound) / max(abs(bound), 1e-300)
+    if abs(gap) <= allowed:
+        return f"global: bound met (gap {abs(gap):.1e})"
+    if gap < 0:
+        verdict += f"; the bound of {bound:.6g} is refuted by {value:.6g}"
+    return verdict
+
+
+def is_global(verdict: str) -> bool:
+    """Whether a verdict says that a proven bound is met."""
+    return verdict.startswith("global")

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from benchmarks.entry import answer_for, closest, positive
 from benchmarks.large.problems import PROBLEMS, Large
-from ocp import FixedMesh, OcpError, Radau, Settings, Solution, collocate, solve
+from ocp import FixedMesh, OcpError, Radau, Settings, Solution, solve
 from ocp.progress import Progress
 from studies.common.console import Console, Table
 from studies.common.exit_codes import StudyError
@@ -56,11 +56,10 @@ def fixed(problem: Large) -> Iterator[Work]:
         once = Settings(scheme=Radau(3), intervals=intervals, refinement=FixedMesh(3))
         stated, begin = problem.make(), time.process_time()
         try:
-            motion, objective = collocate(stated, settings=once)
+            found = solve(stated, settings=once)
             seconds = time.process_time() - begin
-            # solved again from there, it brings its replay; that is not counted
-            replayed = solve(stated, settings=once, guess=motion)
-            error, words = max(problem.error(objective), replayed.verification.miss), ""
+            # its replay is worked out when it is asked for, and not counted
+            error, words = max(problem.error(found.objective), found.verification.miss), ""
         except OcpError as failure:
             seconds = time.process_time() - begin
             error, words = math.nan, f"{type(failure).__name__}: {failure}"

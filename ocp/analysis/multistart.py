@@ -42,7 +42,7 @@ from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import transcribe
-from ocp.verdict import BOUND_MET, gap_to_bound
+from ocp.verdict import BOUND_MET, is_global, with_bound
 
 
 def random_trajectory(
@@ -247,31 +247,25 @@ class _Bound:
     ----------
     number : float or None
         The bound if it is known beforehand.
-    gap : float or None
-        By which the value that met it was off.
-    refuted : str
-        In words, that a value lies beyond the bound, so that it is none.
     """
 
     def __init__(self, bound: float | Callable[[], float | None] | None, allowed: float) -> None:
         self.number = None if callable(bound) else bound
-        self.gap: float | None = None
-        self.refuted = ""
         self._bound = bound
         self._allowed = allowed
+
+    def on(self, verdict: str, trial: Trial) -> str:
+        """A verdict on a trial, with what the bound says of its value, if it is known by now."""
+        if self._bound is None or callable(self._bound):
+            return verdict
+        sense = trial.solved.problem.sense
+        return with_bound(verdict, trial.value, self._bound, sense, self._allowed)
 
     def is_met(self, trial: Trial) -> bool:
         """Whether the value of a trial is as good as any can be."""
         if callable(self._bound):
             self._bound = self._bound()
-        if self._bound is None or trial.solution is None:
-            return False
-        gap = gap_to_bound(trial.value, self._bound, trial.solution.problem.sense)
-        if abs(gap) <= self._allowed:
-            self.gap = abs(gap)
-        elif gap < 0:
-            self.refuted = f"; the bound of {self._bound:.6g} is refuted by {trial.value:.6g}"
-        return abs(gap) <= self._allowed
+        return is_global(self.on("", trial))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -380,14 +374,11 @@ def _audit(
         raise trials[0].error
 
     optima = distinct_optima(verified or answered, settings, same)
-    best = optima[0].solution
-    if not verified:
-        verdict = f"unverified: {'; '.join(best.verification.reasons)}"
-    elif bound.gap is not None:
-        verdict = f"global: bound met (gap {bound.gap:.1e})"
+    if verified:
+        best = min(verified, key=lambda trial: trial.rank)
+        verdict = bound.on(_verdict(trials, verified, optima[0], settings, same), best)
     else:
-        verdict = _verdict(trials, verified, optima[0], settings, same)
-    verdict += bound.refuted
+        verdict = f"unverified: {'; '.join(optima[0].solution.verification.reasons)}"
     if interrupted:
         verdict += "; stopped by the user"
     return Audit(name, tuple(trials), optima, verdict, interrupted)
@@ -408,7 +399,7 @@ def _verdict(
 ) -> str:
     """How many starts agree on the best value, ended elsewhere, or failed."""
     own = best.solution.verdict
-    if own.startswith("global"):
+    if is_global(own):
         return own
     first = min(verified, key=lambda trial: trial.rank)
     agreed = sum(same_value(trial, first, settings, same) for trial in verified)

@@ -15,7 +15,6 @@ from ocp import (
     SolveFailed,
     State,
     Unverified,
-    collocate,
     solve,
 )
 from ocp.numerics.kinks import kinked_operations
@@ -31,7 +30,7 @@ def burn(cost, rate=u):
 
 def complaint(problem):
     with pytest.raises(SolveFailed) as failed:
-        collocate(problem, settings=Settings(solver=Ipopt(max_iterations=3)))
+        solve(problem, settings=Settings(solver=Ipopt(max_iterations=3)))
     return str(failed.value)
 
 

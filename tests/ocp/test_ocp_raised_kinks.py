@@ -22,7 +22,6 @@ from ocp import (
     SolveFailed,
     State,
     certify,
-    collocate,
     joined,
     load,
     save,
@@ -354,7 +353,7 @@ def test_a_state_that_sums_up_a_kink_is_told_to_be_an_integral():
     phase = Phase("move", rates, *ends, end=3.0)
     problem = Problem("least", phase, minimise=phase.at_end(energy))
     with pytest.raises(SolveFailed, match="state it as an integral of phase 'move'"):
-        collocate(problem, settings=Settings(solver=Ipopt(max_iterations=20)))
+        solve(problem, settings=Settings(solver=Ipopt(max_iterations=20)))
 
 
 def test_a_cost_that_is_too_small_between_the_points_is_refused():

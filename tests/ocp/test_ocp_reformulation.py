@@ -19,7 +19,6 @@ from ocp import (
     StatementError,
     Trajectory,
     certify,
-    collocate,
     family,
     load,
     prepare,
@@ -120,14 +119,11 @@ def test_other_verbs_solve_it_too(found):
     assert again.objective == pytest.approx(np.exp(np.log(2.0) ** 2), rel=1e-7)
     (_, last) = family(growth, goal, [np.e, 2.0], settings=OWN).solutions()
     assert last.sample(x, [1.0])[0] == pytest.approx(2.0, rel=1e-7)
-    motion, objective = collocate(growth, settings=OWN)
-    assert motion.phases[0].states == ("x",)
-    assert objective == pytest.approx(np.e, rel=1e-7)
 
 
 def test_errors_hold_motions_of_the_statement():
     with pytest.raises(SolveFailed) as failed:
-        collocate(
+        solve(
             growth, settings=Settings(reformulations=[Logarithm()], solver=Ipopt(max_iterations=0))
         )
     assert isinstance(failed.value.iterate, Trajectory)

@@ -22,7 +22,6 @@ from ocp import (
     State,
     StatementError,
     Tolerances,
-    collocate,
     solve,
 )
 from ocp.mesh.mesh import uniform
@@ -129,7 +128,6 @@ ARGUMENTS = {
     "a number as mesh": (lambda p: solve(p, mesh=20), r"'mesh' is of type int; give a Mesh"),
     "a number as problem": (lambda p: solve(3), r"'problem' is of type int; give a Problem"),
     "a number as progress": (lambda p: solve(p, progress=1), r"progress is 1; give True"),
-    "another verb": (lambda p: collocate(p, gues=None), r"collocate.*did you mean 'guess'\?"),
 }
 
 

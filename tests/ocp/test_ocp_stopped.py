@@ -19,7 +19,6 @@ from ocp import (
     Problem,
     Settings,
     State,
-    collocate,
     load,
     save,
     solve,
@@ -120,9 +119,9 @@ def test_the_functions_of_a_program_are_built_within_the_seconds(monkeypatch):
         prepare(program)
 
     monkeypatch.setattr(Program, "prepare", slowly)
-    assert collocate(following(), settings=Settings(solver=Ipopt(seconds=30)))
+    assert solve(following(), settings=Settings(solver=Ipopt(seconds=30)))
     with pytest.raises(IterationLimit):
-        collocate(following(), settings=Settings(solver=Ipopt(seconds=0.25)))
+        solve(following(), settings=Settings(solver=Ipopt(seconds=0.25)))
 
 
 def test_no_mesh_is_begun_that_cannot_be_examined_in_time(monkeypatch):
