@@ -189,10 +189,7 @@ def minimum_principle(
 
 def _largest_difference(means: Array, sizes: Array) -> float:
     """Largest ``|m_i - m_j| / max(s_i, s_j)`` over all pairs."""
-    rising = np.argsort(sizes)
-    means, sizes = means[rising], sizes[rising]
-    below, above = np.minimum.accumulate(means), np.maximum.accumulate(means)
-    return float((np.maximum(means - below, above - means) / sizes).max(initial=0.0))
+    return float((np.abs(means[:, None] - means) / np.maximum(sizes[:, None], sizes)).max())
 
 
 @dataclass(frozen=True, eq=False, repr=False)

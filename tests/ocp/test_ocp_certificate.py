@@ -4,9 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis.extra.numpy import arrays
-from hypothesis.strategies import floats
 
 from ocp import (
     TIME,
@@ -27,7 +24,6 @@ from ocp import (
     peak,
     solve,
 )
-from ocp.diagnostics.minimum_principle import _largest_difference
 from ocp.errors import StatementError
 
 
@@ -189,12 +185,6 @@ def test_a_long_rest_between_a_start_and_an_end_is_certified(first, last, durati
 
     assert found.objective == pytest.approx(cost(first, -1) + cost(last, 1), rel=1e-6)
     assert certify(found).passed
-
-
-@given(arrays(float, 7, elements=floats(-5, 5)), arrays(float, 7, elements=floats(1, 100)))
-def test_means_of_the_hamiltonian_are_compared_in_pairs(means, sizes):
-    pairs = np.abs(means[:, None] - means) / np.maximum(sizes[:, None], sizes)
-    assert _largest_difference(means, sizes) == pairs.max()
 
 
 def test_a_switch_that_is_off_by_a_hundredth_fails():

@@ -174,16 +174,6 @@ def test_what_a_stopped_start_had_reached_is_kept():
     assert found.best.verification.miss < 1e-4
 
 
-def test_a_budget_of_all_starts_leaves_the_late_ones_out():
-    def slow():
-        time.sleep(0.5)  # longer than the budget
-        return effort("slow")
-
-    starts = {"first": effort("first"), "slow": slow, "late": effort("late")}
-    found = audit(starts=starts, processes=2, settings=FEW, seconds=0.4)
-    assert [trial.name for trial in found.trials] == ["first"]
-
-
 SCRIPT = """
 import multiprocessing, os, sys, time
 import ocp.analysis.worker_processes
