@@ -17,7 +17,7 @@ from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
 from ocp.nlp.interrupts import noted_interrupts
-from ocp.nlp.kept import WatchedRun, kept_solver
+from ocp.nlp.kept import kept_solver
 from ocp.nlp.solver import Listener, NlpResult, Outcome, StartingPoint
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
@@ -274,7 +274,7 @@ class Ipopt:
         """
         begin = clock.perf_counter()
         program.prepare()
-        options = self._options_for(program, limits, building=clock.perf_counter() - begin)
+        options = self._options(program, limits, building=clock.perf_counter() - begin)
         multipliers: dict[str, Array] = {}
         if start.multipliers is not None:
             options |= _WARM_START
@@ -282,8 +282,7 @@ class Ipopt:
         options |= {f"ipopt.{name}": value for name, value in self.options.items()}
 
         with noted_interrupts() as interrupts, kept_solver(program, options) as kept:
-            run = WatchedRun(interrupts, listener)
-            with kept.watch.over(run):
+            with kept.watch.over(interrupts, listener):
                 solution = kept.run(
                     x0=start.x,
                     **multipliers,
@@ -294,10 +293,14 @@ class Ipopt:
                     ubg=limits.rows[1],
                 )
             statistics = kept.statistics()
-        if run.error is not None:
-            raise run.error
 
-        status, count = self._status(statistics), int(statistics["iter_count"])
+        status, count = str(statistics["return_status"]), int(statistics["iter_count"])
+        if status == "Invalid_Option":
+            # all other options are typed: the library cannot be loaded
+            raise StatementError(
+                f"IPOPT finds no library with the linear solver '{self.linear_solver}' here; "
+                "install it where the system looks for libraries, or choose mumps"
+            )
         log.debug("IPOPT: %s after %d iterations", status, count)
         if _OUTCOMES.get(status) == "unbounded" and _is_no_motion(solution, limits):
             status = _DIVERGED
@@ -319,46 +322,17 @@ class Ipopt:
             last_step=float(steps["d_norm"][-1]) if moved else math.nan,
         )
 
-    def _status(self, statistics: Mapping[str, Any]) -> str:
-        """How IPOPT says that it ended.
-
-        Raises
-        ------
-        StatementError
-            There is no such linear solver here.
-        """
-        status = str(statistics["return_status"])
-        if status == "Invalid_Option":
-            # all other options are typed: the library cannot be loaded
-            raise StatementError(
-                f"IPOPT finds no library with the linear solver '{self.linear_solver}' here; "
-                "install it where the system looks for libraries, or choose mumps"
-            )
-        return status
-
-    def _options_for(
+    def _options(
         self, program: Program, limits: ProgramLimits, *, building: float
     ) -> dict[str, Any]:
         """All options for a program whose functions took some seconds to build [s]."""
         seconds = self.seconds
         if building > _HARDLY_ANY * seconds:
             seconds = max(seconds - building, _LEAST_SECONDS)
-        options = _CASADI | self._options(self._complementarity(limits), seconds)
-        if self.linear_solver == "mumps":
-            options["ipopt.mumps_pivot_order"] = _ordering(program)
-        return options
-
-    def _complementarity(self, limits: ProgramLimits) -> float:
-        """The largest product of a slack and its multiplier with which the gap is small enough.
-
-        The barrier makes all products equal, so that thousands of limits add up.
-        """
+        # the barrier makes all products equal, so that those of thousands of limits add up
+        complementarity = min(self.complementarity, self.gap / max(limits.sides, 1))
         least = min(self.complementarity, _LEAST_COMPLEMENTARITY)
-        return max(min(self.complementarity, self.gap / max(limits.sides, 1)), least)
-
-    def _options(self, complementarity: float, seconds: float) -> dict[str, Any]:
-        """IPOPT's own options, with the seconds that are left."""
-        options = {
+        options = _CASADI | {
             "ipopt.sb": "yes",
             "ipopt.print_level": self.print_level,
             "ipopt.tol": self.tolerance,
@@ -367,7 +341,7 @@ class Ipopt:
             # A limit that acts at many points has small multipliers there. What the barrier leaves
             # of it, mu over the multiplier, is ripple, the more the finer the mesh.
             "ipopt.mu_min": min(1e-12, 1e-2 * self.tolerance),
-            "ipopt.compl_inf_tol": complementarity,
+            "ipopt.compl_inf_tol": max(complementarity, least),
             "ipopt.acceptable_iter": self.stall,
             "ipopt.acceptable_tol": _STALL_FACTOR * self.tolerance,
             "ipopt.acceptable_constr_viol_tol": self.constraint_violation,
@@ -387,6 +361,7 @@ class Ipopt:
         }
 
         if self.linear_solver == "mumps":
+            options["ipopt.mumps_pivot_order"] = _ordering(program)
             options["ipopt.mumps_pivtol"] = self.pivot_tolerance
             options["ipopt.mumps_mem_percent"] = _SPARE_MEMORY
             # Rows and columns by turns until all are of size 1, each matrix anew. What MUMPS

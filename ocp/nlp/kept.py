@@ -65,39 +65,6 @@ def keep_to_one_thread() -> None:
 _GIVEN = ("x", "f", "g")
 
 
-@dataclass(eq=False, repr=False)
-class WatchedRun:
-    """What one run looks after, and what became of it.
-
-    Attributes
-    ----------
-    interrupts : Interrupts
-        Whether the user asks to stop.
-    listener : callable or None
-        Is told of every iteration.
-    count : int
-        Iterations seen, the start included.
-    error : BaseException or None
-        Of what the callback called, to be raised after the solver has ended.
-    """
-
-    interrupts: Interrupts
-    listener: Listener | None = None
-    count: int = 0
-    error: BaseException | None = None
-
-    def stops(self, x: Array, objective: float, rows: Array) -> bool:
-        """Take note of an iterate; whether the run ends here.
-
-        The arrays are the solver's own, and gone afterwards.
-        """
-        number = self.count
-        self.count += 1
-        if self.listener is not None and self.listener(number, objective, x.copy(), rows.copy()):
-            return True
-        return self.interrupts.asked
-
-
 class Watch(ca.Callback):
     """The callback of IPOPT objects for programs of one size.
 
@@ -117,18 +84,32 @@ class Watch(ca.Callback):
             "lam_g": rows,
             "lam_p": constants,
         }
-        self._run: WatchedRun | None = None
+        self._interrupts: Interrupts | None = None
+        self._listener: Listener | None = None
+        self._count = 0
+        self._error: BaseException | None = None
         self.construct("watch", {})
 
     @contextmanager
-    def over(self, run: WatchedRun) -> Iterator[None]:
-        """Watch over a run inside the block."""
-        self._run = run
+    def over(self, interrupts: Interrupts, listener: Listener | None) -> Iterator[None]:
+        """Watch over a run inside the block; what the listener raises is raised at its end.
+
+        Parameters
+        ----------
+        interrupts : Interrupts
+            Whether the user asks to stop.
+        listener : callable or None
+            Is told of every iteration.
+        """
+        self._interrupts, self._listener = interrupts, listener
+        self._count, self._error = 0, None
         try:
             yield
         finally:
-            # what it holds is large, and nobody's afterwards
-            self._run = None
+            # what they hold is large, and nobody's afterwards
+            self._interrupts = self._listener = None
+        if self._error is not None:
+            raise self._error
 
     def get_n_in(self) -> int:
         return int(ca.nlpsol_n_out())
@@ -144,14 +125,17 @@ class Watch(ca.Callback):
         return True
 
     def eval_buffer(self, arg: Sequence[memoryview | None], res: Sequence[memoryview]) -> int:
-        stop, run = False, self._run
-        if run is not None:
-            try:
-                x, objective, rows = map(_numbers, arg[: len(_GIVEN)])
-                stop = run.stops(x, float(objective[0]), rows)
-            except BaseException as error:
-                # raised after the solver has ended: CasADi would take it for a failure
-                run.error, stop = error, True
+        stop = False
+        try:
+            number, self._count = self._count, self._count + 1
+            if self._listener is not None:
+                # the arrays are the solver's own, and gone afterwards
+                x, objective, rows = (_numbers(each).copy() for each in arg[: len(_GIVEN)])
+                stop = self._listener(number, float(objective[0]), x, rows)
+            stop |= self._interrupts is not None and self._interrupts.asked
+        except BaseException as error:
+            # raised after the solver has ended: CasADi would take it for a failure
+            self._error, stop = error, True
         np.frombuffer(res[0])[0] = float(stop)
         return 0
 
