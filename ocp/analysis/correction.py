@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ocp.algorithm import solve
+from ocp.analysis.solve_options import SolveOptions
 from ocp.errors import StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
@@ -101,16 +101,9 @@ def corrected(
     wanted = _wanted(problem, tolerances, given)
     targets, misses, answers = dict(wanted), list[Mapping[Constant, float]](), list[Solution]()
 
+    options = SolveOptions(settings or Settings(), given, progress)
     for _ in range(solves):
-        guess = solve(
-            problem,
-            settings=settings,
-            guess=guess,
-            mesh=None if answers else mesh,
-            constants={**given, **targets},
-            progress=progress,
-            partial=False,
-        )
+        guess = options.solved(problem, guess, None if answers else mesh, targets)
         answers.append(guess)
         reached = _reached(replay, guess, wanted)
         misses.append({target: wanted[target] - reached[target] for target in wanted})

@@ -11,21 +11,17 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from ocp.algorithm import solve
+from ocp.analysis.solve_options import SolveOptions
 from ocp.errors import SolveFailed, StatementWarning
-from ocp.mesh.mesh import Mesh
-from ocp.mesh.trajectory import Trajectory
 from ocp.problem.bounds import Bound
 from ocp.problem.problem import Problem, with_objective
 from ocp.problem.symbols import Constant
-from ocp.progress import Progress
 from ocp.refinement.budget import Budget
 from ocp.refinement.policies.policy import FixedMesh
-from ocp.settings import Settings
 from ocp.solution.solution import Solution
 
 # Part of what is conceded that may remain unused: the limit is met to the tolerance of the
@@ -67,39 +63,6 @@ class Held:
     beside: Any
     value: float
     limit: float
-
-
-@dataclass(frozen=True, eq=False)
-class SolveOptions:
-    """How all problems of a sequence are solved; as the arguments of `ocp.solve`."""
-
-    settings: Settings
-    constants: Mapping[Constant, float]
-    progress: Progress | bool | None
-
-    def solved(
-        self,
-        problem: Problem,
-        guess: Solution | Trajectory | None,
-        mesh: Mesh | None = None,
-        **changed: Any,
-    ) -> Solution:
-        """`ocp.solve` from a guess and a mesh, with some of the settings changed.
-
-        Raises
-        ------
-        SolveFailed, Interrupted
-            As `ocp.solve`.
-        """
-        return solve(
-            problem,
-            settings=replace(self.settings, **changed),
-            guess=guess,
-            mesh=mesh,
-            constants=self.constants,
-            progress=self.progress,
-            partial=False,
-        )
 
 
 def by_exchanged_roles(
@@ -165,8 +128,7 @@ def by_exchanged_roles(
         if budget.spent(0):
             break
         value = search.next_cap()
-        under = replace(options, constants={**options.constants, cap: value})
-        found = _attempted(exchanged, latest, under, budget)
+        found = _attempted(exchanged, latest, options, budget, constants={cap: value})
         if found is None:
             search.fail(value)
             continue

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from ocp.algorithm import solve
 from ocp.analysis.saddles import lower_beside
+from ocp.analysis.solve_options import SolveOptions
 from ocp.errors import HomotopyStopped, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.problem.parameters import parameters_of
@@ -115,11 +115,9 @@ def homotopy(
     if not 0 < least_step <= 1:
         raise StatementError(f"the least step of a homotopy is {least_step!r}; give 0 < step <= 1")
 
-    settings, others = settings or Settings(), dict(constants or {})
-    between = replace(settings, verify=False)
-    last = guess or solve(
-        problem, settings=between, constants=others, progress=progress, partial=False
-    )
+    settings = settings or Settings()
+    options = SolveOptions(settings, constants or {}, progress)
+    last = guess or options.solved(problem, verify=False)
     solutions, steps = list[Solution](), list[Step]()
     for target in targets:
         first = float(last.trajectory.constants[constant.name])
@@ -128,12 +126,10 @@ def homotopy(
             fraction = min(reached + step, 1.0)
             value = target if fraction == 1.0 else first + fraction * (target - first)
             solved = partial(
-                solve,
+                options.solved,
                 problem,
-                settings=settings if fraction == 1.0 else between,
-                constants={**others, constant: value},
-                progress=progress,
-                partial=False,
+                constants={constant: value},
+                verify=settings.verify and fraction == 1.0,
             )
             try:
                 found = solved(guess=last)

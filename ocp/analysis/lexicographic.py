@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
-from ocp.analysis.exchanged_roles import Held, SolveOptions, by_exchanged_roles, largest_value
+from ocp.analysis.exchanged_roles import Held, by_exchanged_roles, largest_value
+from ocp.analysis.solve_options import SolveOptions
 from ocp.errors import BudgetSpent, Interrupted, OcpError, SolveFailed, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh

@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ocp.algorithm import solve
 from ocp.analysis.front.both_ways import Walked, both_ways
 from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
 from ocp.analysis.front.envelope import alone
 from ocp.analysis.sensitivity import slopes_by_multipliers
+from ocp.analysis.solve_options import SolveOptions
 from ocp.errors import Interrupted, OcpError, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Trajectory
@@ -135,9 +135,7 @@ def front(
         limited=limited,
         minimised=minimised,
         limit=limit,
-        settings=settings or Settings(),
-        constants=dict(constants or {}),
-        progress=progress,
+        options=SolveOptions(settings or Settings(), constants or {}, progress),
     )
     left, right, remarks = subject.ends(limits, guess)
     if left is None or right.x <= left.x:
@@ -162,9 +160,7 @@ class _Traded:
     limited: Any
     minimised: Any
     limit: Constant
-    settings: Settings
-    constants: Mapping[Constant, float]
-    progress: Progress | bool | None
+    options: SolveOptions
 
     def ends(
         self, limits: tuple[float, float] | None, guess: Solution | Trajectory | None
@@ -173,17 +169,7 @@ class _Traded:
         if limits is not None:
             right = self._point(limits[1], guess, "down", afresh=True)
             return self._first([limits[0]], right)
-        least, other = (
-            solve(
-                problem,
-                settings=self.settings,
-                guess=guess,
-                constants=self.constants,
-                progress=self.progress,
-                partial=False,
-            )
-            for problem in self.alone
-        )
+        least, other = (self.options.solved(problem, guess) for problem in self.alone)
         lowest, highest = (self._value(found, self.limited) for found in (least, other))
         right = self._point(highest, other.trajectory, "down", afresh=True)
         room = max(abs(lowest), 1e-3 * abs(highest - lowest))
@@ -221,14 +207,7 @@ class _Traded:
     ) -> FrontPoint:
         begin = clock.perf_counter()
         try:
-            found = solve(
-                self.problem,
-                settings=self.settings,
-                guess=guess,
-                constants={**self.constants, self.limit: limit},
-                progress=self.progress,
-                partial=False,
-            )
+            found = self.options.solved(self.problem, guess, constants={self.limit: limit})
         except Interrupted as stop:
             raise KeyboardInterrupt from stop
         except OcpError as error:
