@@ -26,10 +26,10 @@ from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.mesh.mesh import PhaseMesh, distinct
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.problem.parameters import Parameters
+from ocp.problem.parameters import Interval, Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Between, ByFraction, Signal, State, Unknown
+from ocp.problem.symbols import Between, ByFraction, Signal, State
 
 # A guess that strays further from straight lines between the points, relative to its range, is one
 # that the mesh cannot carry: a uniform mesh, and one that follows it.
@@ -237,7 +237,7 @@ def initial_guess(
             lacking = tuple(s for s in stated.signals if s.name not in motion.signals)
             phases[name] = _Overlay(replace(stated, signals=lacking), motion)
 
-    unknowns = {u.name: _unknown_guess(u) for u in problem.unknowns}
+    unknowns = _guessed_unknowns(problem, parameters)
     if trajectory:
         unknowns |= {name: v for name, v in trajectory.unknowns.items() if name in unknowns}
     return InitialGuess(phases, unknowns)
@@ -269,7 +269,7 @@ def states_only_lines(problem: Problem, parameters: Parameters) -> bool:
 def guess_by_lines(problem: Problem, parameters: Parameters) -> InitialGuess:
     """The guess of a problem whose phases state none: its times and unknowns are kept."""
     phases = _stated_guesses(problem, parameters, left_aside=True)
-    return InitialGuess(phases, {u.name: _unknown_guess(u) for u in problem.unknowns})
+    return InitialGuess(phases, _guessed_unknowns(problem, parameters))
 
 
 def _stated_guesses(
@@ -286,7 +286,7 @@ def _stated_guesses(
         signals, ends = problem.signals[phase.name], times[phase.name]
         guess = StatedGuess(phase, signals, parameters, ends, left_aside)
         before = {
-            state.name: _nearest_to(value, state)
+            state.name: _nearest_to(value, parameters.signal_limits[state.name])
             for earlier in guesses.values()
             for state in phase.states
             if not guess.knows(state) and (value := earlier.value_at_end(state)) is not None
@@ -372,17 +372,16 @@ class StatedGuess:
         """Boundary values of a signal that has any, else a value inside its bounds."""
         first, last = self._ends(signal)
         if first is None and last is None:
-            return self.before.get(signal.name, _nearest_to(0.0, signal))
+            limits = self.parameters.signal_limits[signal.name]
+            return self.before.get(signal.name, _nearest_to(0.0, limits))
         return (first if first is not None else last, last if last is not None else first)
 
     def _ends(self, signal: Signal) -> tuple[float | None, float | None]:
         """Boundary values of a signal, None where it has none."""
         key = self.phase.name, signal.name
-        initial, final = self.parameters.initial_values, self.parameters.final_values
-        return (
-            _boundary_value(self.phase.initial.get(signal), initial.get(key)),
-            _boundary_value(self.phase.final.get(signal), final.get(key)),
-        )
+        values = self.parameters.initial_values.get(key), self.parameters.final_values.get(key)
+        first, last = (_mean(limits) if limits is not None else None for limits in values)
+        return first, last
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -404,43 +403,29 @@ class _Overlay:
         return {**self.known.at_fractions(fractions), **self.stated.at_fractions(fractions)}
 
 
-def _boundary_value(stated: Any, values: tuple[float, float] | None) -> float | None:
-    """A boundary value, or the mean of its finite limits; None if there is none.
-
-    Parameters
-    ----------
-    stated : number, expression or pair of these
-    values : (lower, upper) at the values of the constants
-    """
-    if values is None:
-        return None
-    if isinstance(stated, tuple):
-        finite = [float(v) for v in stated if isinstance(v, Real) and math.isfinite(v)]
-        return sum(finite) / len(finite) if finite else None
-    return values[0]
+def _mean(limits: Interval) -> float | None:
+    """The mean of finite limits, a boundary value where they are one; None if there is none."""
+    finite = [limit for limit in limits if math.isfinite(limit)]
+    return sum(finite) / len(finite) if finite else None
 
 
-def _unknown_guess(unknown: Unknown) -> float:
-    """The stated guess of an unknown, else the middle of its bounds."""
-    if unknown.guess is not None:
-        return float(unknown.guess)
-    lower, upper = _numbers(unknown)
-    if math.isfinite(lower) and math.isfinite(upper):
-        return 0.5 * (lower + upper)
-    return _nearest_to(0.0, unknown)
+def _guessed_unknowns(problem: Problem, parameters: Parameters) -> dict[str, float]:
+    """The stated guess of each unknown, else the middle of its bounds."""
+    guessed = {}
+    for unknown in problem.unknowns:
+        lower, upper = parameters.unknown_limits[unknown.name]
+        middle = 0.5 * (lower + upper)
+        if unknown.guess is not None:
+            guessed[unknown.name] = float(unknown.guess)
+        else:
+            bounded = math.isfinite(upper - lower)
+            guessed[unknown.name] = middle if bounded else _nearest_to(0.0, (lower, upper))
+    return guessed
 
 
-def _nearest_to(value: float, symbol: Signal | Unknown) -> float:
-    """The number within the bounds of a symbol that is nearest to a value."""
-    lower, upper = _numbers(symbol)
-    return float(min(max(value, lower), upper))
-
-
-def _numbers(symbol: Signal | Unknown) -> tuple[float, float]:
-    """Bounds that are plain numbers; expressions of constants count as none."""
-    lower = float(symbol.lower) if isinstance(symbol.lower, Real) else -math.inf
-    upper = float(symbol.upper) if isinstance(symbol.upper, Real) else math.inf
-    return lower, upper
+def _nearest_to(value: float, limits: Interval) -> float:
+    """The number within limits that is nearest to a value."""
+    return float(min(max(value, limits[0]), limits[1]))
 
 
 def _evaluated(given: Any, fractions: Array, times: Array, what: str) -> Array:

@@ -132,7 +132,7 @@ class PhaseTrajectory:
         """
         for group in self.groups:
             if name in group.names:
-                return group.polynomial.component(group.names.index(name))
+                return group.polynomial.part([group.names.index(name)])
         raise StatementError(
             f"phase '{self.name}' has no signal '{name}'; its signals are {', '.join(self.signals)}"
         )

@@ -11,7 +11,7 @@ The largest values of smooth functions in each of many intervals are found betwe
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -242,10 +242,10 @@ class PiecewisePolynomial:
             f"{self.breakpoints[-1]:.6g} s)"
         )
 
-    def component(self, index: int) -> PiecewisePolynomial:
-        """One component on its own."""
+    def part(self, components: Sequence[int]) -> PiecewisePolynomial:
+        """Some of the components on their own."""
         pieces = tuple(
-            Piece(p.intervals, p.basis, p.coefficients[:, :, [index]]) for p in self.pieces
+            Piece(p.intervals, p.basis, p.coefficients[:, :, list(components)]) for p in self.pieces
         )
         return PiecewisePolynomial(self.breakpoints, pieces)
 

@@ -7,7 +7,7 @@ collocation.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
@@ -244,13 +244,8 @@ def _kept(phase: PhaseTrajectory, kind: SignalKind, names: set[str]) -> Iterator
         if group.kind == kind and places:
             whole = len(places) == len(group.names)
             kept = tuple(group.names[i] for i in places)
-            polynomial = group.polynomial if whole else _components(group.polynomial, places)
+            polynomial = group.polynomial if whole else group.polynomial.part(places)
             yield SignalGroup(kind, kept, polynomial)
-
-
-def _components(polynomial: PiecewisePolynomial, places: Sequence[int]) -> PiecewisePolynomial:
-    pieces = [replace(p, coefficients=p.coefficients[:, :, places]) for p in polynomial.pieces]
-    return PiecewisePolynomial(polynomial.breakpoints, tuple(pieces))
 
 
 def _sampled(

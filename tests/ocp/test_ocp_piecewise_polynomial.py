@@ -97,7 +97,7 @@ def test_components_stand_alone():
     random = np.random.default_rng(2)
     both = Piece(np.arange(3), Bernstein(3), random.uniform(-1, 1, (3, 3, 2)))
     polynomial = PiecewisePolynomial(BREAKPOINTS, (both,))
-    second = polynomial.component(1)
+    second = polynomial.part([1])
     k, tau = np.array([0, 1, 2]), np.array([0.1, 0.5, 0.9])
     expected = polynomial.value(k, tau)[:, 1]
     np.testing.assert_allclose(second.value(k, tau)[:, 0], expected, atol=ROUND_OFF)
