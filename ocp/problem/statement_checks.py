@@ -21,7 +21,6 @@ from ocp.problem.symbols import (
     Constant,
     Signal,
     State,
-    Symbol,
     Time,
     Unknown,
     check_interval,
@@ -153,16 +152,12 @@ def check_meeting(first: Phase, second: Phase) -> None:
 
 def check_jump(second: Phase, jump: Mapping[State, Any]) -> None:
     """StatementError unless all that jumps are states of the phase that begins."""
+    states = ", ".join(state.name for state in second.states)
     for state in jump:
         if not isinstance(state, State) or state not in second.dynamics:
-            remedy = (
-                "give the State itself, not its name"
-                if not isinstance(state, Symbol)
-                else f"give one of {', '.join(s.name for s in second.states)}"
-            )
             raise StatementError(
                 f"the jump into phase '{second.name}' is of '{getattr(state, 'name', state)}', "
-                f"which is no state of it; {remedy}"
+                f"which is no state of it; give a State itself, one of {states}"
             )
 
 

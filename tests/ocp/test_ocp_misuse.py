@@ -136,11 +136,11 @@ WRONG_KINDS = {
     "a phase joined to itself": (lambda: joined(PUSH, PUSH), r"'push' with itself; give the phase"),
     "a jump by name": (
         lambda: joined(PUSH, REST, jump={"speed": v / 2}),
-        r"into phase 'rest' is of 'speed', which is no state of it; give the State itself",
+        r"into phase 'rest' is of 'speed', which is no state of it; give a State itself",
     ),
     "a jump of another state": (
         lambda: joined(PUSH, REST, jump={State("height"): v / 2}),
-        r"is of 'height', which is no state of it; give one of position, speed",
+        r"is of 'height', which is no state of it; give .* one of position, speed",
     ),
     "phases that cannot meet": (
         lambda: joined(PUSH, Phase("late", RATES, start=2.5, end=3.0)),
