@@ -14,7 +14,6 @@ from ocp import (
     Constant,
     Control,
     FixedMesh,
-    InvalidNumber,
     Ipopt,
     Phase,
     Problem,
@@ -306,26 +305,6 @@ def test_a_bound_that_leaves_room_has_the_value_that_was_stated(tmp_path):
     assert load(tmp_path / "least.ocp").value("burnt") == pytest.approx(1.0, rel=1e-6)
     again = solve(dataclasses.replace(found.problem, scale=2.0))
     assert again.value("burnt") == pytest.approx(1.0, rel=1e-6)
-
-
-# 1 m along and 0.5 m across from rest to rest in 3 s: on a straight line, as above
-SIZE = 3.0 - math.sqrt(9.0 - 4.0 * math.hypot(1.0, 0.5))
-
-
-def moved_in_the_plane(cost, ax, ay, bounds=()):
-    y, w = State("y", "m"), State("w", "m/s")
-    rates, start = {x: v, y: w, v: ax, w: ay}, {x: 0, y: 0, v: 0, w: 0}
-    end = {x: 1, y: 0.5, v: 0, w: 0}
-    phase = Phase("move", rates, start, end, end=3.0, bounds=bounds)
-    return Problem("plane", phase, minimise=phase.integral(cost))
-
-
-@pytest.mark.slow
-def test_a_size_that_is_zero_is_told_how_to_be_stated():
-    ax, ay = Control("ax", "m/s^2"), Control("ay", "m/s^2")
-    for size in (ca.sqrt(ax**2 + ay**2), ca.hypot(ax, ay), ca.norm_2(ca.vertcat(ax, ay))):
-        with pytest.raises(InvalidNumber, match=r"where ax = 0.*give the controls limits"):
-            solve(moved_in_the_plane(size, ax, ay))
 
 
 def test_a_sum_over_many_levels_keeps_its_kinks():

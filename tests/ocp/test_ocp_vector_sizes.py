@@ -18,10 +18,7 @@ from ocp import (
     State,
     Unverified,
     certify,
-    load,
-    save,
     solve,
-    with_objective,
 )
 from ocp.reformulate.form import reformulated
 from ocp.reformulate.standard import STANDARD
@@ -233,25 +230,7 @@ def test_limits_far_above_what_is_used_are_refused_and_a_scale_is_not():
     assert certify(stated).passed
 
 
-@pytest.mark.slow
-def test_a_file_has_it_too(tmp_path):
-    problem = least(size)
-    save(solve(problem, settings=COARSE), tmp_path / "least.ocp")
-    found = load(tmp_path / "least.ocp")
-    assert found.objective == pytest.approx(line(2), rel=1e-6)
-    assert raised(found.problem)
-    assert certify(found).passed
-
-
-def test_another_objective_is_stated_of_what_was_stated():
-    problem = least(size)
-    phase = problem.phases[0]
-    effort = phase.integral(ax**2 + ay**2)
-    assert not raised(with_objective(problem, effort))
-    assert raised(with_objective(problem, problem.objective + effort))
-
-
 def test_without_limits_the_message_asks_for_them():
     thrust = [Control(name, "m/s^2") for name in ("a", "b")]
-    with pytest.raises(InvalidNumber, match="give the controls limits"):
+    with pytest.raises(InvalidNumber, match=r"where a = 0.*give the controls limits"):
         solve(least(ca.norm_2(vector(thrust)), thrust=thrust, most=None))
