@@ -35,6 +35,8 @@ from studies.mission.stages import (
     ring_history,
 )
 from studies.mission.vibration import ArmResponse, arm_response
+from studies.truss.bars import BarParts, bars_of
+from studies.truss.limits.caps import Caps
 from studies.truss.motions.laws import paper_laws
 
 UNFELT = 5e-3  # [%] of what a stage uses, which a per cent more time saves: nothing that one feels
@@ -53,6 +55,7 @@ class Mission:
     motions : the stages in the durations that were found, in order; if the user stopped, perhaps
         only the first ones.
     responses : of the arm to the ring, by law; empty without a motion of the ring.
+    bars : forces in the bars of the ring, as of a study of the truss.
     stopped : whether the user stopped the search.
     """
 
@@ -60,6 +63,7 @@ class Mission:
     curves: Sequence[StageCurve]
     motions: Sequence[StageMotion]
     responses: Mapping[str, ArmResponse]
+    bars: BarParts
     stopped: bool = False
 
     @property
@@ -207,9 +211,11 @@ def _mission(
 ) -> Mission:
     """The motions of all stages, or of the first ones, with what follows from them."""
     names = {motion.name for motion in motions}
-    responses = _responses(study, motions[-1]) if RING in names else {}
+    responses, bars = {}, BarParts((), ())
+    if (ring := motions[-1].deployment) is not None:
+        responses, bars = _responses(study, motions[-1]), bars_of(ring, Caps())
     begun = [curve for curve in curves if curve.name in names]
-    return Mission(study, begun, motions, responses, stopped)
+    return Mission(study, begun, motions, responses, bars, stopped)
 
 
 def _responses(study: MissionStudy, ring: StageMotion) -> dict[str, ArmResponse]:
@@ -414,7 +420,7 @@ def _checks(mission: Mission) -> tuple[Criterion, ...]:
     if mission.whole and total is not None:
         kept = bool(mission.total <= total * (1 + WITHIN))
         uses.append(Criterion("total time", "s", mission.total, total, kept))
-    return tuple(uses)
+    return (*uses, *mission.bars.checks)
 
 
 def _of_more_time(name: str, slope: float) -> str:
@@ -465,6 +471,7 @@ def _remarks(mission: Mission) -> list[str]:
     for curve, motion in zip(mission.curves, mission.motions, strict=True):
         slope = curve.slope(math.nextafter(motion.duration, math.inf))  # of what more time gives
         remarks.append(_of_more_time(curve.name, slope))
+    remarks += mission.bars.sentences
     remarks.append(
         "The rotation of the antenna about the big arm, between its stage and the small arm's, is "
         "not modelled; its time belongs to the dwell. The ring's reaction is taken at "

@@ -144,6 +144,8 @@ def test_the_result_is_a_timeline_of_the_whole_time(folder: Path) -> None:
     stages = {stage["stage"]: stage["duration"] for stage in result.details["stages"]}
     assert stages["big arm"] == pytest.approx(30 / (2 + math.sqrt(0.5)), rel=2 * EQUAL)
     assert any("All stages use their caps alike" in remark for remark in result.remarks)
+    assert any("The links bend the cross-bars" in remark for remark in result.remarks)
+    assert any("buckling load" in check.name for check in result.checks)
     assert result.value("arm-energy", "ring by Step5") > 0.0
 
 
