@@ -5,6 +5,11 @@ omega [rad/s], acc [rad/s^2].
 
     J acc + J' omega^2 / 2 + D omega + U' = T1 f
 
+A rotor behind gear and drum acts as a mass m [kg] on each rope. With s [m] rope hauled in, a motor
+that pulls with F leaves T1 = F - m s'' for the rope, and s'' = s' acc + s'' omega^2 by the angle:
+
+    (J + m f s') acc + (J' / 2 + m f s'') omega^2 + D omega + U' = F f
+
 The friction opposes the motion; (38) prints it with the opposite sign if (27) is inserted.
 """
 
@@ -18,7 +23,7 @@ import casadi as ca
 from models.numerics import dense_peak
 from models.truss.friction import joint_damping
 from models.truss.inertia import inertia, inertia_slope
-from models.truss.kinematics import Expression
+from models.truss.kinematics import Expression, rope_acceleration, rope_speed
 from models.truss.parameters import TrussParameters
 from models.truss.potential import Net, potential_slope
 from models.truss.rope import rope_leverage
@@ -64,15 +69,27 @@ def angular_acceleration(
     omega: Expression,
     tension: Expression,
     net: Net = "by angle",
+    rotor: float = 0.0,
 ) -> Expression:
-    """Angular acceleration [rad/s^2] under the motor force `tension` [N] on both ropes, (38)."""
+    """Angular acceleration [rad/s^2] under the motor force `tension` [N] on both ropes, (38).
+
+    Parameters
+    ----------
+    rotor : m, the mass on each rope as which the rotor of its motor acts [kg].
+    """
     torque = (
         tension * rope_leverage(parameters, alpha)
         - inertia_slope(parameters, alpha) * omega**2 / 2
         - joint_damping(parameters, alpha) * omega
         - potential_slope(parameters, alpha, net)
     )
-    return torque / inertia(parameters, alpha)
+    mass = inertia(parameters, alpha)
+    if rotor:
+        lever = rotor * rope_leverage(parameters, alpha)
+        # the rope's own rates are those of its length, which falls
+        torque = torque + lever * rope_acceleration(parameters, alpha, omega, 0.0)
+        mass = mass - lever * rope_speed(parameters, alpha, 1.0)
+    return torque / mass
 
 
 def static_force(

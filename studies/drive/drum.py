@@ -57,6 +57,14 @@ class Drum:
         outer = (inner**2 + self.growth / math.pi * climbing) ** 0.5
         return TURN * self.turns * layer + level / inner + (outer - inner) * TURN / self.growth
 
+    def acceleration_at(self, rope: Any, speed: Any, acceleration: Any) -> Any:
+        """Acceleration of the drum [rad/s^2] from rope, speed and acceleration, of any kind."""
+        radius = self.radius_at(rope)
+        if not self.growth:
+            return acceleration / radius
+        _, _, _, climbing = self._place(rope)
+        return (acceleration - (climbing > 0) * self.steepest * (speed / radius) ** 2) / radius
+
     def rope_at(self, turn: Array) -> Array:
         """Rope [m] on the drum after turns (m,) [rad]."""
         if not self.growth:

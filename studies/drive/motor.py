@@ -1,9 +1,14 @@
 """What a motor does for a rope: its speed and torque, and what its curve leaves of them.
 
 Symbols: s [m] rope hauled in, v [m/s] its speed, F [N] its tension at the drum; r [m] radius of
-the drum at the rope's centre line, as `studies.drive.drum` has it; N gear ratio, eta efficiency.
+the drum at the rope's centre line, as `studies.drive.drum` has it, and theta [rad] its turn; N gear
+ratio, eta efficiency, I [kg m^2] inertia of the rotor.
 
-    motor speed = N v / r        motor torque = F r / (N eta)
+    motor speed = N v / r        motor torque = F r / (N eta) + I N theta''
+
+As a force on the rope that torque is F + m r theta'' with m = eta I (N / r)^2: the rotor acts as a
+mass on the rope. The rope pulls the gear back at all times, also while the rotor slows down. So the
+gear never runs the other way, and eta is the same throughout.
 
 Every function takes numbers, arrays or CasADi expressions.
 """
@@ -13,9 +18,6 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-
-from ocp.arrays import Array
 from studies.drive.schema import Drive
 
 
@@ -24,8 +26,33 @@ def motor_speed(drive: Drive, speed: Any, hauled: Any) -> Any:
     return drive.gear_ratio * speed / drive.drum.radius_at(hauled)
 
 
+def rotor_mass(drive: Drive | None, hauled: Any) -> Any:
+    """The mass m on the rope that the rotor acts as [kg]; 0 without one."""
+    if drive is None or drive.motor_inertia == 0.0:
+        return 0.0
+    return (
+        drive.efficiency
+        * drive.motor_inertia
+        * (drive.gear_ratio / drive.drum.radius_at(hauled)) ** 2
+    )
+
+
+def rotor_force(drive: Drive | None, speed: Any, acceleration: Any, hauled: Any) -> Any:
+    """What the rotor adds to the force of the motor on its rope [N]; 0 without one.
+
+    Parameters
+    ----------
+    speed, acceleration, hauled : of the rope that is hauled in [m/s, m/s^2], and its length [m].
+    """
+    if drive is None or drive.motor_inertia == 0.0:
+        return 0.0
+    drum = drive.drum
+    rim = drum.radius_at(hauled) * drum.acceleration_at(hauled, speed, acceleration)
+    return rotor_mass(drive, hauled) * rim
+
+
 def motor_torque(drive: Drive, force: Any, hauled: Any) -> Any:
-    """Torque of the shaft [N m], without that which the inertia of the motor itself takes."""
+    """Torque of the shaft [N m] for a force of the motor on its rope, its rotor included."""
     return force * drive.drum.radius_at(hauled) / (drive.gear_ratio * drive.efficiency)
 
 
@@ -39,18 +66,22 @@ def rope_force_of(drive: Drive, torque: float) -> float:
     return torque * drive.gear_ratio * drive.efficiency / drive.radius
 
 
-def rope_force_at(drive: Drive, speed: Array, hauled: Array) -> list[Array]:
-    """What the limits of a motor leave for its rope [N], (m,) for each limit on the torque.
+def rope_force_at(drive: Drive, speed: Any, hauled: Any) -> list[Any]:
+    """What the limits of a motor leave for its rope [N]: the least of what is returned.
+
+    The lines of the torque-speed curve go on beyond their corners. The curve is concave, so that
+    none of them is below it there; a speed above its last corner is a limit of its own.
 
     Parameters
     ----------
-    speed, hauled : of the shaft [rad/s] and rope on the drum [m], (m,) each.
+    speed, hauled : of the shaft [rad/s] and rope on the drum [m].
     """
-    torques = [] if drive.motor_torque is None else [np.full(speed.size, drive.motor_torque)]
-    if drive.torque_speed is not None:
-        corners = np.array(drive.torque_speed)
-        curve = np.interp(speed, *corners.T)
-        torques.append(np.where(speed > corners[-1, 0], 0.0, curve))
+    torques: list[Any] = [] if drive.motor_torque is None else [drive.motor_torque]
+    corners = drive.torque_speed or ()
+    if corners and (corners[0][0] > 0.0 or len(corners) == 1):
+        torques.append(corners[0][1])
+    for (slow, high), (fast, low) in pairwise(corners):
+        torques.append(high - (high - low) / (fast - slow) * (speed - slow))
     leverage = drive.gear_ratio * drive.efficiency / drive.drum.radius_at(hauled)
     return [torque * leverage for torque in torques]
 

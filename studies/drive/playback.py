@@ -33,7 +33,7 @@ from studies.drive.interpolation import (
     second_differences,
 )
 from studies.drive.loop import FINEST, Loop, followed
-from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
+from studies.drive.motor import motor_speed, motor_torque, rotor_force, shares_of_the_curve
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
 
@@ -246,7 +246,7 @@ class TrussPlayback:
     angle, speed, acceleration, jerk : of the deployment angle (n,) [rad, rad/s, rad/s^2, rad/s^3].
     force, far_end : pull of the motor and of the rope's fixed end on each rope (n,) [N].
     mean_tension : of each rope along its length (n,) [N].
-    power : of both motors (n,) [W].
+    power : of both motors, without their rotors (n,) [W].
     reaction : on the arm (n,) [N].
     energy : of motion (n,) [J].
     """
@@ -352,9 +352,10 @@ def _splines(truss: TrussParameters) -> tuple[Any, Any]:
 
 
 def extremes_on_the_truss(
-    played: Playback, truss: TrussPlayback
+    played: Playback, truss: TrussPlayback, drive: Drive
 ) -> Mapping[str, tuple[float, float]]:
     """Peaks on the truss, least tension and their times; nan where the motion has no derivative."""
+    of_rotors = 2 * _rotor_force(played, drive) * np.maximum(played.motion[1], 0.0)
     least, when = _greatest(-np.minimum(truss.force, truss.far_end), played.time)
     rows = {
         "peak-acceleration": np.abs(truss.acceleration),
@@ -362,11 +363,17 @@ def extremes_on_the_truss(
         "peak-jerk": np.abs(truss.jerk),
         "peak-far-end-tension": truss.far_end,
         "peak-force": truss.force,
-        "peak-power": truss.power,
+        "peak-power": truss.power + of_rotors,
         "peak-reaction": np.abs(truss.reaction),
     }
     peaks = {name: _greatest(row, played.time) for name, row in rows.items()}
     return {**peaks, "least-tension": (-least, when)}
+
+
+def _rotor_force(played: Playback, drive: Drive) -> Any:
+    """What the rotor takes of the motor's force on its rope [N]: it moves as the drum does."""
+    hauled, speed, acceleration, _ = played.motion
+    return rotor_force(drive, speed, acceleration, hauled)
 
 
 def _greatest(row: Array, time: Array) -> tuple[float, float]:
@@ -379,13 +386,17 @@ def _greatest(row: Array, time: Array) -> tuple[float, float]:
 def motor_peaks(
     played: Playback, truss: TrussPlayback, drive: Drive
 ) -> Mapping[str, tuple[float, float]]:
-    """Greatest speed, torque and share of the curve of one motor, and their times."""
+    """Greatest speed, torque and share of the curve of one motor, and their times.
+
+    Of a motor with a rotor also the force on its rope, that of the rotor included.
+    """
     hauled, speed = played.motion[0], np.abs(played.motion[1])
-    rows = {
-        "speed": motor_speed(drive, speed, hauled),
-        "torque": motor_torque(drive, truss.force, hauled),
-    }
-    shares = shares_of_the_curve(drive, rows["speed"], rows["torque"])
+    force = truss.force + _rotor_force(played, drive)
+    torque = motor_torque(drive, force, hauled)
+    rows = {"speed": motor_speed(drive, speed, hauled), "torque": torque}
+    shares = shares_of_the_curve(drive, rows["speed"], torque)
     if shares:
         rows["load"] = np.max(shares, axis=0)
+    if drive.motor_inertia > 0.0:
+        rows |= {"force": np.abs(force), "torque": np.abs(torque)}
     return {name: _greatest(row, played.time) for name, row in rows.items()}

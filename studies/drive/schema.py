@@ -92,6 +92,7 @@ class Drive:
     speed, acceleration, jerk : limits of one rope [m/s, m/s^2, m/s^3], or of the joint in rad.
     force, power : limits of the pull on one rope [N] and of all motors together [W], at the rope.
     motor_speed, motor_torque : limits of one motor's shaft [rad/s, N m]; a rope has a motor.
+    motor_inertia : of one motor's rotor about its shaft [kg m^2].
     torque_speed : corners (speed, torque) of what one motor can do [rad/s, N m], by rising speed.
     rope_stiffness : of one rope [N/m]; the stretch under its tension is then hauled in beforehand.
     tension_ramp : over which that tension is averaged, since no motor follows a step of it [s].
@@ -144,6 +145,9 @@ class Drive:
     power: float | None = optional_key(positive, "W", "most power of all motors together")
     motor_speed: float | None = optional_key(positive, "rad/s", "most speed of one motor")
     motor_torque: float | None = optional_key(positive, "N m", "most torque of one motor")
+    motor_inertia: float = key(
+        not_negative, "kg m^2", "of one motor's rotor about its shaft; needs the drum", default=0.0
+    )
     torque_speed: Corners | None = optional_key(
         _corners, "rad/s, N m", "corners [speed, torque] of what one motor can do, by rising speed"
     )
@@ -167,8 +171,9 @@ class Drive:
                 "drive.rope_diameter and drive.layer_turns belong together: state both for a drum "
                 "of several layers, or neither"
             )
-        for name in ("motor_speed", "motor_torque", "torque_speed", "rope_diameter"):
-            if getattr(self, name) is not None and self.drum_radius is None:
+        of_the_drum = ("motor_speed", "motor_torque", "motor_inertia", "torque_speed")
+        for name in (*of_the_drum, "rope_diameter"):
+            if getattr(self, name) and self.drum_radius is None:
                 raise StudyError(
                     f"drive.{name} is stated without a drum; add drum_radius in metres to the drive"
                 )

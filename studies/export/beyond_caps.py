@@ -25,6 +25,7 @@ from studies.drive.playback import (
     motor_peaks,
 )
 from studies.drive.schema import Drive
+from studies.margin.available import standstill_kernel
 from studies.margin.travel import need_kernel
 from studies.truss.checks import ROWS, broken_caps, cap_of
 from studies.truss.config import TrussStudy
@@ -118,7 +119,7 @@ def _values(
     study: TrussStudy,
     capped: list[str],
 ) -> Mapping[str, float]:
-    extremes = extremes_on_the_truss(output, replayed)
+    extremes = extremes_on_the_truss(output, replayed, drive)
     values = {key: value for key, (value, _) in extremes.items()}
     for order, name in enumerate(("speed", "acceleration", "jerk"), start=1):
         values[f"peak-rope-{name}"] = output.peak(order)[0]
@@ -133,7 +134,12 @@ def _values(
             kernel = _bar_kernel(study.truss, formula)
             values[key] = _greatest(kernel, (*motion, replayed.force))
     if "peak-factored-force" in capped and study.margin is not None:
-        values["peak-factored-force"] = _greatest(need_kernel(study.margin, study.truss), motion)
+        kernel = need_kernel(study.margin, study.truss, drive)
+        values["peak-factored-force"] = _greatest(kernel, motion)
+    if "peak-stall-force" in capped and study.margin is not None:
+        at_standstill = standstill_kernel(study.margin, drive, study.truss)
+        if at_standstill is not None:
+            values["peak-stall-force"] = _greatest(at_standstill, motion)
     return values
 
 

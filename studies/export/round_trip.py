@@ -200,7 +200,7 @@ def round_trip(
         values |= on_truss
         breaches += broken
         if result is not None:
-            values |= _beside_the_optimum(output, replayed, result, partial)
+            values |= _beside_the_optimum(output, replayed, drive, result, partial)
             beyond = beyond_caps(output, replayed, drive, study_of(result))
             values |= dict(one.line for one in beyond)
     if any(isinstance(value, float) and math.isnan(value) for value in values.values()):
@@ -278,7 +278,7 @@ def _of_the_truss(
     course: Course,
     truss: TrussParameters,
 ) -> tuple[dict[str, Any], list[Breach | Slack]]:
-    extremes = extremes_on_the_truss(output, replayed)
+    extremes = extremes_on_the_truss(output, replayed, drive)
     last = int(np.searchsorted(output.time, output.end))
     last = min(last, output.time.size - 1)
     values: dict[str, Any] = {
@@ -303,6 +303,8 @@ def _of_the_truss(
         of_the_motor = motor_peaks(output, replayed, drive)
         values["peak motor speed [1/min]"] = 60 * of_the_motor["speed"][0] / (2 * math.pi)
         values["peak motor torque [N m]"] = of_the_motor["torque"][0]
+        if drive.motor_inertia > 0.0:
+            values["peak motor force, rotor included [N]"] = of_the_motor["force"][0]
         limited += [
             (of_the_motor["speed"], "motor speed", "rad/s", drive.motor_speed),
             (of_the_motor["torque"], "motor torque", "N m", drive.motor_torque),
@@ -359,11 +361,11 @@ def _breach(name: str, unit: str, value: float, limit: float, time: float) -> li
 
 
 def _beside_the_optimum(
-    output: Playback, replayed: TrussPlayback, result: Result, partial: bool
+    output: Playback, replayed: TrussPlayback, drive: Drive, result: Result, partial: bool
 ) -> dict[str, Any]:
     if partial:
         return {}
-    extremes = extremes_on_the_truss(output, replayed)
+    extremes = extremes_on_the_truss(output, replayed, drive)
     values: dict[str, Any] = {
         "miss of the deployed angle [deg]": math.degrees(float(replayed.angle[-1]) - OPEN)
     }

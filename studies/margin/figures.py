@@ -11,7 +11,17 @@ from studies.common.drawing import label_axes, legend_below, look, show_lowest
 from studies.margin.loads import CONTRIBUTIONS
 from studies.margin.travel import KINDS, WORDS, Travel
 
-SHADES = ("#1f3b73", "#3a6ea5", "#7fb2d9", "#c25b1e", "#e59a4b", "#7a9a3a", "#b6c96a", "#8a6fae")
+SHADES = (
+    "#1f3b73",
+    "#3a6ea5",
+    "#7fb2d9",
+    "#c25b1e",
+    "#e59a4b",
+    "#7a9a3a",
+    "#b6c96a",
+    "#8a6fae",
+    "#c94f7c",
+)
 HIGHEST = 3.0  # times the required margin, or 300 %: above it nothing governs
 
 
@@ -37,13 +47,13 @@ def _draw_contributions(panel, travel: Travel) -> None:  # type: ignore[no-untyp
     case, _ = travel.worst("dynamic")
     angle = np.degrees(travel.angle)
     below = np.zeros_like(angle)
-    negative = np.minimum(case.parts["inertia"], 0.0)
+    helping = sum(np.minimum(case.parts[name], 0.0) for name in ("inertia", "rotor"))
     for name, shade in zip(CONTRIBUTIONS, SHADES, strict=True):
         part = np.maximum(case.parts[name], 0.0)
         if part.max() > 1e-3 * case.required["dynamic"].max():
             panel.fill_between(angle, below, below + part, color=shade, lw=0, label=WORDS[name])
         below = below + part
-    panel.fill_between(angle, negative, 0.0, color=SHADES[0], alpha=0.35, lw=0)
+    panel.fill_between(angle, helping, 0.0, color=SHADES[0], alpha=0.35, lw=0)
     panel.plot(angle, case.required["dynamic"], color="black", lw=1.2, label="required in motion")
     if travel.available is not None:
         left = travel.available * case.case.derating.whole

@@ -5,10 +5,11 @@ factors; J, U, D inertia, potential and damping of the truss (`models.truss.dyna
 
     F0 = k_i (J acc + J' omega^2 / 2) / f0 + (k_s U_s' + k_n U_n') / f0 + k_h H
          + (k_j D_j + k_l D_l) omega / f0 + k_m M / f0
-    F  = F0 (1 + k_p (f0 / f - 1))
+    F  = F0 (1 + k_p (f0 / f - 1)) + k_r R
 
-Pulley friction is a share of the tension, so its factor acts on the factored rest. Inertia that
-helps is not multiplied: of F with k_i and F with 1 the larger one counts.
+Pulley friction is a share of the tension, so its factor acts on the factored rest. R [N] is what
+the rotor takes of the motor's force; it reaches no pulley. Inertia that helps is not multiplied: of
+F with k_i and F with 1 the larger one counts, and with k_r and 1 likewise.
 
 Every function takes and gives CasADi expressions, and none grows with the number of modules.
 """
@@ -30,16 +31,21 @@ from models.truss import (
     inertia_slope,
     joint_damping,
     potential_slope,
+    rope_acceleration,
+    rope_length,
     rope_leverage,
+    rope_speed,
     with_symbols,
 )
+from studies.drive.motor import rotor_force
+from studies.drive.schema import Drive
 from studies.margin.resistance import torque_at
 from studies.margin.schema import LoadCase, MarginRequirements
 
 OPEN = math.pi / 2
 AT_REST = ("springs", "net", "holding", "measured")
 IN_MOTION = ("inertia", "joint_friction", "slider_friction")
-CONTRIBUTIONS = (*IN_MOTION, *AT_REST, "pulley_friction")
+CONTRIBUTIONS = (*IN_MOTION, *AT_REST, "pulley_friction", "rotor")
 
 
 def contributions(
@@ -86,6 +92,14 @@ def with_pulleys(case: LoadCase, force: Any, alpha: Any) -> Any:
     return force * (1 + case.factors.pulley_friction * share)
 
 
+def of_the_rotor(drive: Drive | None, truss: TrussParameters, *motion: Any) -> Any:
+    """R [N on each rope] of angle, speed and acceleration, without a factor; 0 without a rotor."""
+    alpha, omega, _ = motion
+    hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
+    hauling = -rope_speed(truss, alpha, omega), -rope_acceleration(truss, *motion)
+    return rotor_force(drive, *hauling, hauled)
+
+
 def required_forces(
     margin: MarginRequirements,
     case: LoadCase,
@@ -93,8 +107,13 @@ def required_forces(
     omega: Any,
     acc: Any,
     net: Net = "by angle",
+    drive: Drive | None = None,
 ) -> Mapping[str, tuple[Any, ...]]:
     """Factored force [N on each rope] at rest and in motion, before margin and derating.
+
+    Parameters
+    ----------
+    drive : whose rotor counts; None where there is none.
 
     Returns
     -------
@@ -108,9 +127,17 @@ def required_forces(
         1.0: parts["inertia"] / case.factors.inertia,
         case.factors.inertia: parts["inertia"],
     }
+    rotors: dict[float, Any] = {1.0: 0.0}
+    if drive is not None and drive.motor_inertia > 0.0:
+        plain = of_the_rotor(drive, case.truss, alpha, omega, acc)
+        rotors = {1.0: plain, case.factors.rotor: case.factors.rotor * plain}
     return {
         "static": (with_pulleys(case, resting, alpha),),
-        "dynamic": tuple(with_pulleys(case, moving + one, alpha) for one in inertias.values()),
+        "dynamic": tuple(
+            with_pulleys(case, moving + one, alpha) + rotor
+            for one in inertias.values()
+            for rotor in rotors.values()
+        ),
     }
 
 
@@ -121,6 +148,7 @@ def needed_of_the_motor(
     omega: Any,
     acc: Any,
     net: Net = "by angle",
+    drive: Drive | None = None,
 ) -> tuple[Any, ...]:
     """What the motor must be able to pull [N on each rope], new and at its best.
 
@@ -129,21 +157,35 @@ def needed_of_the_motor(
     stands there as a number, or its expressions where the truss has unknown parameters.
     """
     known = isinstance(truss, TrussParameters)
-    found = (
-        [least_static_need(margin, truss)] if known else _static_needs(margin, truss, alpha, net)
+    at_rest = (
+        [least_static_need(margin, truss)] if known else static_needs(margin, truss, alpha, net)
     )
+    return (*at_rest, *needed_in_motion(margin, truss, alpha, omega, acc, net, drive))
+
+
+def needed_in_motion(
+    margin: MarginRequirements,
+    truss: TrussParameters,
+    alpha: Any,
+    omega: Any,
+    acc: Any,
+    net: Net,
+    drive: Drive | None,
+) -> list[Any]:
+    """What the motor must be able to pull in motion [N], in each load case."""
     _, wanted = margin.required
-    for case in margin.load_cases(truss):
-        forces = required_forces(margin, case, alpha, omega, acc, net)["dynamic"]
-        found += [(1 + wanted) / case.derating.whole * force for force in forces]
-    return tuple(found)
+    return [
+        (1 + wanted) / case.derating.whole * force
+        for case in margin.load_cases(truss)
+        for force in required_forces(margin, case, alpha, omega, acc, net, drive)["dynamic"]
+    ]
 
 
 @lru_cache(maxsize=32)
 def least_static_need(margin: MarginRequirements, truss: TrussParameters) -> float:
     """What the motor must be able to pull whatever the motion [N]: the largest static need."""
     alpha = ca.SX.sym("alpha")
-    needs = _static_needs(margin, truss, alpha)
+    needs = static_needs(margin, truss, alpha)
     kernel = ca.Function("needs", [alpha], [ca.vertcat(*needs)], {"cse": True})
     peak = dense_peak(
         lambda angle: kernel(angle[None]).full().max(axis=0),
@@ -154,7 +196,7 @@ def least_static_need(margin: MarginRequirements, truss: TrussParameters) -> flo
     return float(peak.value)
 
 
-def _static_needs(
+def static_needs(
     margin: MarginRequirements, truss: TrussParameters, alpha: Any, net: Net = "by angle"
 ) -> list[Any]:
     """What the motor must be able to pull at rest [N], in each load case."""

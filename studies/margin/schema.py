@@ -10,6 +10,7 @@ from typing import Any
 from models.errors import ModelError
 from models.truss import TrussParameters, with_symbols
 from studies.common.configuration import (
+    boolean,
     check,
     check_keys,
     choice,
@@ -72,6 +73,7 @@ class Factors:
     pulley_friction : of the rope on its pulleys; it grows with the factored tension.
     holding : of the constant force `MarginRequirements.holding`.
     measured : of the measured curve `MarginRequirements.resistance`.
+    rotor : of the inertia of the motor's rotor.
     """
 
     inertia: float = key(_at_least_one, "", "on the force that moves the bars", default=1.0)
@@ -82,6 +84,7 @@ class Factors:
     pulley_friction: float = key(_at_least_one, "", "on the pulleys' friction", default=1.0)
     holding: float = key(_at_least_one, "", "on the holding force", default=1.0)
     measured: float = key(_at_least_one, "", "on the measured resistance", default=1.0)
+    rotor: float = key(_at_least_one, "", "on the inertia of the motor's rotor", default=1.0)
 
     def __post_init__(self) -> None:
         check(self, "margin.factors.")
@@ -158,6 +161,7 @@ class MarginRequirements:
     preset : name of a standard; its numbers hold where none are stated.
     static, dynamic : required margins of the available force over the required one, at rest and in
         motion, 1.0 is 100 %.
+    keep : whether motions have to keep the margins; else a result only says whether it does.
     available : force that the motor has for each rope [N]; by default what the drive can do.
     factors, derating : in every load case, unless it states its own.
     holding : constant resisting force on each rope, as of a harness [N].
@@ -177,6 +181,9 @@ class MarginRequirements:
     )
     dynamic: float | None = optional_key(
         not_negative, "", "required margin in motion; none: the preset's, or 0"
+    )
+    keep: bool = key(
+        boolean, "", "whether the motion has to keep the margins as it does its caps", default=False
     )
     available: float | None = optional_key(
         positive, "N", "force of the motor for each rope; none: what the drive can do"
@@ -271,6 +278,7 @@ class MarginRequirements:
             }
         return {
             **plain,
+            "keep": self.keep,
             "factors": dataclasses.asdict(self.factors),
             "derating": dataclasses.asdict(self.derating),
             **({"cases": cases} if cases else {}),

@@ -19,13 +19,15 @@ import numpy as np
 from models.truss import TrussParameters, rope_length, rope_speed
 from ocp.arrays import Array, Integers
 from studies.common.result import Criterion, Series
-from studies.drive.motor import motor_speed, rope_force_at
+from studies.drive.motor import motor_speed
 from studies.drive.schema import Drive
+from studies.margin.available import available_forces
 from studies.margin.loads import (
     AT_REST,
     CONTRIBUTIONS,
     contributions,
     needed_of_the_motor,
+    of_the_rotor,
     required_forces,
     with_pulleys,
 )
@@ -33,6 +35,7 @@ from studies.margin.resistance import MOST_ROWS, check_covers, thinning_error
 from studies.margin.schema import LoadCase, MarginRequirements
 
 KINDS = ("static", "dynamic")
+TOLERANCE = 1e-6  # of the force, as of a cap: what a solver leaves of a motion that rides a margin
 WORDS = {name: name.replace("_", " ") for name in CONTRIBUTIONS}
 
 
@@ -117,7 +120,9 @@ def along(
 
     found = []
     for number, case in enumerate(margin.load_cases(truss)):
-        rows = _kernel(margin, truss, number)(*(row[None] for row in (angle, speed, acceleration)))
+        rows = _kernel(margin, truss, drive, number)(
+            *(row[None] for row in (angle, speed, acceleration))
+        )
         values = [row.full().ravel() for row in rows]
         required = dict(zip(KINDS, values, strict=False))
         parts = dict(zip(CONTRIBUTIONS, values[len(KINDS) :], strict=True))
@@ -134,26 +139,32 @@ def along(
 
 
 @functools.lru_cache(maxsize=32)
-def _kernel(margin: MarginRequirements, truss: TrussParameters, number: int) -> ca.Function:
+def _kernel(
+    margin: MarginRequirements, truss: TrussParameters, drive: Drive | None, number: int
+) -> ca.Function:
     """Static and dynamic force, then all contributions, of one load case."""
     case = margin.load_cases(truss)[number]
     symbols = alpha, omega, acc = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
-    forces = required_forces(margin, case, *symbols)
+    forces = required_forces(margin, case, alpha, omega, acc, drive=drive)
     (static,), dynamic = forces["static"], functools.reduce(ca.fmax, forces["dynamic"])
     parts = contributions(margin, case, alpha, omega, acc)
     # inertia that helps is not multiplied
     parts["inertia"] = ca.fmax(parts["inertia"], parts["inertia"] / case.factors.inertia)
     before = functools.reduce(lambda a, b: a + b, parts.values())
     parts["pulley_friction"] = with_pulleys(case, before, alpha) - before
+    rotor = of_the_rotor(drive, case.truss, *symbols)
+    parts["rotor"] = ca.fmax(rotor, case.factors.rotor * rotor)
     outputs = [static, dynamic, *(parts[name] + 0 * alpha for name in CONTRIBUTIONS)]
     return ca.Function("loads", symbols, outputs, {"cse": True})
 
 
 @functools.lru_cache(maxsize=8)
-def need_kernel(margin: MarginRequirements, truss: TrussParameters) -> ca.Function:
+def need_kernel(
+    margin: MarginRequirements, truss: TrussParameters, drive: Drive | None = None
+) -> ca.Function:
     """Angle, speed and acceleration to what the motor must be able to pull; the largest counts."""
-    symbols = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
-    needs = needed_of_the_motor(margin, truss, *symbols)
+    symbols = alpha, omega, acc = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
+    needs = needed_of_the_motor(margin, truss, alpha, omega, acc, drive=drive)
     return ca.Function("needs", symbols, [ca.vertcat(*needs)], {"cse": True})
 
 
@@ -165,17 +176,17 @@ def _available(
     speed: Array,
 ) -> Array | None:
     """What the motor can pull on each rope before derating (m,) [N]; None where it is not said."""
-    if margin.available is not None:
-        return np.full(angle.size, margin.available)
-    if drive is None:
-        return None
     stowed = float(rope_length(truss, truss.stowed_angle))
     hauled = stowed - _row(rope_length(truss, ca.DM(angle)))
     hauling = -_row(rope_speed(truss, ca.DM(angle), ca.DM(speed)))
-    limits = [] if drive.force is None else [np.full(angle.size, drive.force)]
-    if drive.drum_radius is not None:
-        limits += rope_force_at(drive, motor_speed(drive, hauling, hauled), hauled)
-    return np.min(limits, axis=0) if limits else None
+    limits = available_forces(margin, drive, hauling, hauled)
+    if not limits:
+        return None
+    found: Array = np.min([limit + 0.0 * angle for limit in limits], axis=0)
+    if margin.available is None and drive is not None and drive.torque_speed is not None:
+        fastest = drive.torque_speed[-1][0]  # beyond it the motor has nothing
+        found[motor_speed(drive, hauling, hauled) > fastest] = 0.0
+    return found
 
 
 def _row(values: Any) -> Array:
@@ -237,6 +248,12 @@ def sentences(travel: Travel) -> list[str]:
             least = float(case.margins[kind][k])
             need = f"least {100 * least:.1f} % (asked for {100 * asked:g} %)"
         lines.append(f"{kind} margin: {need}, {where}")
+    if travel.available is not None:
+        spare = float((travel.available - travel.needed()).min())
+        what = f"{spare:.4g} N to spare" if spare >= 0.0 else f"{-spare:.4g} N too little"
+        if abs(spare) <= TOLERANCE * float(travel.needed().max()):
+            what = "nothing to spare"
+        lines.append(f"for all margins the motor has {what} for each rope")
     by_source: dict[str, list[str]] = {}
     for line in travel.margin.sources():
         by_source.setdefault(line["source"], []).append(f"{line['number']} {line['value']:g}")
@@ -259,7 +276,8 @@ def criteria(travel: Travel) -> list[Criterion]:
         if kind not in case.margins:
             continue
         least, asked = float(case.margins[kind][k]), travel.margin.required[place]
-        held.append(Criterion(f"{kind} margin (least)", "1", least, asked, least >= asked))
+        passed = least >= asked - TOLERANCE * (1 + asked)
+        held.append(Criterion(f"{kind} margin (least)", "1", least, asked, passed))
     return held
 
 
@@ -273,6 +291,8 @@ def series(travel: Travel) -> dict[str, Series]:
             made[f"{kind}_margin"] = ("1", np.minimum(case.margins[kind], 1e9), text)
     case, _ = travel.worst("dynamic")
     for name in CONTRIBUTIONS:
+        if name == "rotor" and not case.parts[name].any():
+            continue
         text = f"{WORDS[name]} on each rope, factored, case '{case.case.name}'"
         made[f"load_{name}"] = ("N", case.parts[name], text)
     return {

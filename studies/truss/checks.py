@@ -34,6 +34,8 @@ _ORDER = (
     "peak-power",
     "energy",
     "peak-factored-force",
+    "peak-stall-force",
+    "peak-motor-force",
     "peak-motor-speed",
     "peak-motor-torque",
     "peak-motor-load",

@@ -40,6 +40,7 @@ FLAGS: KeyFlags = {
     "--rope-jerk-cap": (("caps", "rope_jerk"), "of each rope [m/s^3]"),
     "--force-cap": (("caps", "force"), "of the motor on each rope [N]"),
     "--power-cap": (("caps", "power"), "of both motors together [W]"),
+    "--motor-force-cap": (("caps", "motor_force"), "of the motor, its rotor included [N]"),
     "--motor-speed-cap": (("caps", "motor_speed"), "of one motor's shaft [rad/s]"),
     "--motor-torque-cap": (("caps", "motor_torque"), "of one motor's shaft [N m]"),
     "--reaction-cap": (("caps", "reaction"), "on the supporting arm [N]"),
@@ -79,6 +80,12 @@ def add_motor_flags(parser: argparse.ArgumentParser) -> None:
         "--margin",
         metavar="X",
         help="margins of the motor: a preset, as aiaa-s-114, or a TOML file with [margin]",
+    )
+    parser.add_argument(
+        "--keep-margins",
+        dest="margin.keep",
+        action="store_true",
+        help="the motion has to keep the margins, as it does its caps",
     )
 
 
@@ -154,6 +161,7 @@ def raw_with_motor(options: argparse.Namespace) -> dict[str, Any]:
     StudyError
         If a file cannot be read or a flag cannot be understood.
     """
+    from studies.common.configuration import table
     from studies.drive.schema import read_drive
     from studies.margin.schema import read_margin
 
@@ -162,6 +170,8 @@ def raw_with_motor(options: argparse.Namespace) -> dict[str, Any]:
         raw["drive"] = read_drive(options.drive)
     if options.margin is not None:
         raw["margin"] = read_margin(options.margin)
+    if getattr(options, "margin.keep"):
+        raw["margin"] = {**table("margin", raw.get("margin", {})), "keep": True}
     return raw
 
 

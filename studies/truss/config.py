@@ -39,6 +39,7 @@ from studies.truss.limits.caps import (
     MULTIPLE_OF_DURATION,
     Caps,
     check_stated,
+    with_margins_kept,
     within_the_drive,
 )
 from studies.truss.limits.tolerances import PLAUSIBLE, check_plausible
@@ -243,7 +244,8 @@ class TrussStudy:
 
         # only here all that a jerk in words depends on is known, and what the drive can do
         resolved = dataclasses.replace(self.caps, jerk=self._jerk_cap(self.caps.jerk))
-        object.__setattr__(self, "caps", within_the_drive(resolved, self.drive))
+        within = within_the_drive(resolved, self.drive)
+        object.__setattr__(self, "caps", with_margins_kept(within, self.drive, self.margin))
 
     def _check_plausible(self) -> None:
         """Refuse numbers beyond the physics of the model, before any work."""

@@ -27,7 +27,8 @@ from models.truss import (
     rope_length,
     rope_speed,
 )
-from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
+from studies.drive.motor import motor_speed, motor_torque, rotor_force, shares_of_the_curve
+from studies.margin.available import needed_at_standstill
 from studies.margin.loads import needed_of_the_motor
 from studies.truss.config import TrussStudy
 
@@ -128,18 +129,22 @@ def expressions(
     force = force_in(signals, net)
     force = getattr(force, "symbol", force)
     speed = -rope_speed(truss, alpha, omega)
-    hauling, pull = speed, force
+    of_the_rope = rope_acceleration(truss, alpha, omega, acceleration)
+    hauling, hauled_faster, pull = speed, -of_the_rope, force
     if reserve is not None:
         hauling = speed + reserve.speed
+        hauled_faster = reserve.acceleration - of_the_rope
         pull = force + reserve.acceleration * force_of_acceleration(truss, alpha)
+    hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
+    of_the_motor = pull + rotor_force(drive, hauling, hauled_faster, hauled)
 
     found: dict[str, tuple[Any, ...]] = {
         "peak-acceleration": (acceleration,),
         "peak-rope-speed": (speed,),
-        "peak-rope-acceleration": (rope_acceleration(truss, alpha, omega, acceleration),),
+        "peak-rope-acceleration": (of_the_rope,),
         "peak-reaction": (reaction_force(truss, alpha, omega, acceleration),),
         "peak-force": (pull,),
-        "peak-power": (2 * pull * hauling,),
+        "peak-power": (2 * of_the_motor * hauling,),
     }
     # tensions fall along the rope, so that the last segment has the least of all
     found["least-tension"] = found["peak-far-end-tension"] = (force * far_end_ratio(truss, alpha),)
@@ -158,14 +163,20 @@ def expressions(
         jerk = rope_jerk(truss, alpha, omega, acceleration, signals.jerk.symbol)
         found["peak-rope-jerk"] = (jerk,)
     if margin is not None:
-        needed = needed_of_the_motor(margin, truss, alpha, omega, acceleration, net)
+        motion = alpha, omega, acceleration
+        needed = needed_of_the_motor(margin, truss, *motion, net, drive)
         found["peak-factored-force"] = needed
+        if at_standstill := needed_at_standstill(margin, drive, truss, *motion, net):
+            found["peak-stall-force"] = at_standstill
     if drive is not None and drive.drum_radius is not None:
-        hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
-        shaft, torque = motor_speed(drive, hauling, hauled), motor_torque(drive, pull, hauled)
+        shaft = motor_speed(drive, hauling, hauled)
+        torque = motor_torque(drive, of_the_motor, hauled)
         found |= {
             "peak-motor-speed": (shaft,),
             "peak-motor-torque": (torque,),
             "peak-motor-load": shares_of_the_curve(drive, shaft, torque),
         }
+        if drive.motor_inertia > 0.0:  # the motor brakes its rotor, too
+            found["peak-motor-torque"] = (torque, -torque)
+            found["peak-motor-force"] = (of_the_motor, -of_the_motor)
     return found

@@ -68,6 +68,9 @@ def all_figures(
     yield "fig19_motor_force", force_figure(deployments, caps)
     yield "fig20_segment_tensions", tension_figure(deployments)
     yield "bar_forces", bar_forces_figure(deployments[0])
+    drive = deployments[0].drive
+    if drive is not None and drive.drum_radius is not None:
+        yield "drive", drive_figure(deployments)
     travels = [(one.name, travel) for one in deployments if (travel := travel_of(one)) is not None]
     if travels:
         yield "margins", margin_figure(travels)
@@ -268,6 +271,33 @@ def bar_forces_figure(deployment: Deployment) -> Figure:
     image = links.pcolormesh(degrees, halves, rows, shading="nearest", **look)
     label_axes(links, "angle α [deg]", "module from the motor; left and right half")
     figure.colorbar(image, ax=links, label="force in the link [N], push positive")
+    return figure
+
+
+def drive_figure(deployments: Sequence[Deployment]) -> Figure:
+    """Path of one motor beside its torque-speed curve, and power and energy of both over time."""
+    figure, (path, *axes) = _row(3, "One motor beside its curve; both motors over time")
+    for deployment, colour, style in styled(deployments):
+        t = times(deployment)
+        _, truss = deployment.at(t)
+        shaft = deployment.shaft(truss)
+        assert shaft is not None  # such figures are drawn of drives with a drum
+        path.plot(*shaft, style, color=colour, label=deployment.name)
+        axes[0].plot(t, deployment.motor_power(truss), style, color=colour)
+        axes[1].plot(deployment.energies.time, deployment.motor_energy(), style, color=colour)
+
+    drive, margin = deployments[0].drive, deployments[0].margin
+    if drive is not None and drive.torque_speed is not None:
+        speeds, torques = np.array(drive.torque_speed).T
+        path.plot(speeds, torques, color="black", lw=1.2, label="torque-speed curve")
+        cases = [] if margin is None else margin.load_cases(deployments[0].truss)
+        left = min((case.derating.whole for case in cases), default=1.0)
+        if left < 1.0:
+            label = "the same, derated"
+            path.plot(speeds, left * torques, color="black", lw=1.2, ls="--", label=label)
+    label_axes(path, "speed of the shaft [rad/s]", "torque of the shaft [N m]")
+    label_times(axes, ("power [W]", "energy since the start [J]"))
+    legend_below(figure, path)
     return figure
 
 

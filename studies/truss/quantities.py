@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal["peak", "least", "integral", "value"]
-Needed = Literal["", "drum_radius", "torque_speed", "margin"]
+Needed = Literal["", "drum_radius", "torque_speed", "motor_inertia", "margin", "available"]
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,8 @@ class Quantity:
     unit : SI unit.
     kind : largest absolute value, least value, integral over time, or a plain value.
     needs_forces : whether it depends on the dynamics.
-    needs : key of the drive, or `[margin]`, without which there is no such number; empty for none.
+    needs : key of the drive, `[margin]`, or with it what the motor has, without which there is no
+        such number; empty for none.
     """
 
     title: str
@@ -44,12 +45,18 @@ OBJECTIVES = {
     "time": Quantity("duration", "s", "value", False),
     "peak-rope-speed": Quantity("peak rope speed", "m/s", "peak", False),
     "peak-rope-jerk": Quantity("peak rope jerk", "m/s^3", "peak", False),
+    "peak-motor-force": Quantity(
+        "peak motor force, rotor included", "N", "peak", True, "motor_inertia"
+    ),
     "peak-motor-torque": Quantity("peak motor torque", "N m", "peak", True, "drum_radius"),
     "peak-motor-load": Quantity(
         "largest share of the torque-speed curve", "1", "peak", True, "torque_speed"
     ),
     "peak-factored-force": Quantity(
         "least motor force for the margins", "N", "peak", True, "margin"
+    ),
+    "peak-stall-force": Quantity(
+        "stall force needed for the margins", "N", "peak", True, "available"
     ),
     "peak-bar-force": Quantity("largest force in a bar", "N", "peak", True),
     "peak-far-end-tension": Quantity("peak tension at the far end", "N", "peak", True),

@@ -73,7 +73,7 @@ def answer(question: Question, folder: Path) -> Row:
     return {
         "rope": output.peak(2)[0] / course.peaks[1] - 1,
         "bound": None if output.most is None else output.most / course.peaks[1] - 1,
-        "angle": extremes_on_the_truss(output, moved)["peak-acceleration"][0]
+        "angle": extremes_on_the_truss(output, moved, drive)["peak-acceleration"][0]
         / law.peak_acceleration
         - 1,
         "distance": float(np.abs(output.motion[0] - exact[0]).max()),

@@ -74,7 +74,7 @@ def answer(question: Question, folder: Path) -> Row:
         "raw_bound": None if output.bound is None else output.bound.total,
         "filtered": output.peak(2)[0],
         "filtered_bound": output.most,
-        "angular": extremes_on_the_truss(output, moved)["peak-acceleration"][0],
+        "angular": extremes_on_the_truss(output, moved, drive)["peak-acceleration"][0],
         "optimum": law.peak_acceleration,
         "terminal_angle_deg": math.degrees(float(moved.angle[-1])),
     }

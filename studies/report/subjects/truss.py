@@ -51,7 +51,8 @@ def charts(result: Result) -> tuple[Chart, ...]:
     """All curves of the result and of the paper's laws."""
     profiles = _profiles(result)
     found = [_chart(result, name, profiles) for name in SHOWN]
-    return (*found[:1], _force_against_speed(profiles), *found[1:])
+    paths = _force_against_speed(profiles), *_torque_against_speed(_deployments(result))
+    return (*found[:1], *paths, *found[1:])
 
 
 def _profiles(result: Result) -> dict[str, dict[str, Array]]:
@@ -136,12 +137,30 @@ def _force_against_speed(profiles: Mapping[str, Mapping[str, Array]]) -> Chart:
     axis = ChartAxis("haul", "speed at which the rope is hauled in", "m/s")
     return Chart(
         "truss-force-speed",
-        "force against speed: what the motor must give",
+        "force on the rope against speed",
         "N",
         (axis,),
         tuple(curves),
         path=True,
     )
+
+
+def _torque_against_speed(deployments: Sequence[Deployment]) -> tuple[Chart, ...]:
+    """The path of one motor's shaft and what the motor can do; nothing without a drum."""
+    axis = ChartAxis("shaft", "speed of the shaft", "rad/s")
+    curves = []
+    for deployment in deployments:
+        time = np.linspace(0.0, deployment.law.duration, SAMPLES)
+        shaft = deployment.shaft(deployment.at(time)[1])
+        if shaft is None:
+            return ()
+        curves.append(Curve(deployment.name, {axis.key: shaft[0], TIME: time}, shaft[1]))
+    drive = deployments[0].drive
+    if drive is not None and drive.torque_speed is not None:
+        speed, torque = np.array(drive.torque_speed).T
+        curves.append(Curve("torque-speed curve", {axis.key: speed}, torque))
+    title = "torque against speed: what the motor must give"
+    return (Chart("truss-torque-speed", title, "N m", (axis,), tuple(curves), path=True),)
 
 
 def scene(result: Result) -> MovingPicture:

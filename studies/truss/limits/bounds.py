@@ -23,6 +23,7 @@ from models.truss import (
     rope_leverage,
     rope_speed,
     rope_travel,
+    static_force,
 )
 from studies.drive.motor import motor_torque, motor_turn
 from studies.margin.loads import least_static_need
@@ -125,13 +126,15 @@ def lower_bounds(
     force: LeastForce | None,
     least_time_of_force: float = 0.0,
     longest: float | None = None,
+    motor: LeastForce | None = None,
 ) -> dict[str, float]:
     """What no motion of at most a duration beats, by quantity.
 
     Parameters
     ----------
-    force : LeastForce or None
-        The phase-plane bound of the force, where it is known.
+    force, motor : LeastForce or None
+        The phase-plane bounds of the rope force, and of the force of a motor with a rotor, where
+        they are known.
     least_time_of_force : float
         T_min of the force cap, from the phase plane [s].
     longest : float, optional
@@ -164,16 +167,35 @@ def lower_bounds(
         forces.append(ridge.force)
     if forces:
         bounds["peak-force"] = max(forces)
+    rotor = drive is not None and drive.motor_inertia > 0.0
+    if rotor:  # its momentum carries the truss over a ridge, so that the rope's forces say nothing
+        forces = [least_pull(study, duration) if motor is None else motor.force]
+        bounds["peak-motor-force"] = forces[0]
     if study.margin is not None:
         needs = [_least_need(study.margin, study.truss, forces)]
-        if (need := ridge_need(study.margin, study.truss, caps)) is not None:
+        need = None if rotor else ridge_need(study.margin, study.truss, caps)
+        if need is not None:
             needs.append(need.force)
-        bounds["peak-factored-force"] = max(needs)
+        # a stall force is what is needed, and more where the motor moves
+        bounds["peak-factored-force"] = bounds["peak-stall-force"] = max(needs)
     if drive is not None and drive.drum_radius is not None:
         bounds["peak-motor-speed"] = motor_turn(drive, travel) / duration
         if forces:
             bounds["peak-motor-torque"] = float(motor_torque(drive, max(forces), 0.0))
     return bounds
+
+
+def least_pull(study: TrussStudy, duration: float) -> float:
+    """Lower bound on the force of a motor with a rotor [N]: work over travel, and rest at the ends.
+
+    From rest to rest a rotor takes no work in all. Where the acceleration is zero at the ends, the
+    motor holds the truss there by the static force.
+    """
+    mean = least_work(study, duration) / (2 * rope_travel(study.truss))
+    if not study.jerk_limited:
+        return mean
+    ends = study.truss.stowed_angle, DEPLOYED
+    return max(mean, *(float(static_force(study.truss, end)) for end in ends))
 
 
 def _least_need(

@@ -21,6 +21,7 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError, quoted
 from studies.drive.schema import Drive
+from studies.margin.available import stall_force
 from studies.margin.presets import PRESETS
 from studies.margin.schema import MarginRequirements
 from studies.truss.quantities import QUANTITIES
@@ -61,6 +62,7 @@ class Caps:
     rope_speed, rope_acceleration, rope_jerk : of each rope [m/s], [m/s^2], [m/s^3].
     force : of the motor on each rope [N].
     power : of both motors together, at the ropes [W].
+    motor_force : of the motor on each rope, its rotor included [N].
     motor_speed, motor_torque : of one motor's shaft [rad/s], [N m].
     reaction : on the supporting arm [N].
     least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
@@ -69,6 +71,8 @@ class Caps:
     buckling_load : push in any bar, as part of its buckling load [1].
     link_reversal : of the largest push and pull of a link, the smaller [N]; checked, not sought.
     factored_force : of the motor on each rope, with the margins that are asked for [N].
+    stall_force : the same of a motor at rest whose force falls with the speed [N]; margins that
+        have to be kept state it.
 
     Raises
     ------
@@ -95,6 +99,9 @@ class Caps:
     )
     force: float | None = optional_key(positive, "N", "most force of the motor on each rope")
     power: float | None = optional_key(positive, "W", "most power of both motors, at the ropes")
+    motor_force: float | None = optional_key(
+        positive, "N", "most force of the motor, its rotor included; needs drive.motor_inertia"
+    )
     motor_speed: float | None = optional_key(
         positive, "rad/s", "most speed of one motor's shaft; needs drive.drum_radius"
     )
@@ -123,6 +130,11 @@ class Caps:
     factored_force: float | None = optional_key(
         positive, "N", "most force that the motor must be able to pull for the margins; needs them"
     )
+    stall_force: float | None = optional_key(
+        positive,
+        "N",
+        "most stall force needed for the margins; margin.keep states that of the motor",
+    )
 
     def __post_init__(self) -> None:
         check(self, "caps.")
@@ -138,6 +150,7 @@ CAPPED: Mapping[str, str] = {
     "peak-rope-jerk": "rope_jerk",
     "peak-force": "force",
     "peak-power": "power",
+    "peak-motor-force": "motor_force",
     "peak-motor-speed": "motor_speed",
     "peak-motor-torque": "motor_torque",
     "peak-reaction": "reaction",
@@ -146,13 +159,16 @@ CAPPED: Mapping[str, str] = {
     "peak-buckling-load": "buckling_load",
     "least-tension": "least_tension",
     "peak-factored-force": "factored_force",
+    "peak-stall-force": "stall_force",
 }
 CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1
 
 # caps whose least value is looked for where no motion was found; the first that is stated. The
 # torque-speed curve is none of them: without the curve there is no load to be least
 HARD = (
+    "peak-stall-force",
     "peak-force",
+    "peak-motor-force",
     "peak-motor-torque",
     "peak-power",
     "peak-rope-jerk",
@@ -185,6 +201,14 @@ def within_the_drive(caps: Caps, drive: Drive | None) -> Caps:
     return dataclasses.replace(caps, **lowered)
 
 
+def with_margins_kept(caps: Caps, drive: Drive | None, margin: MarginRequirements | None) -> Caps:
+    """The caps with the stall force of the motor, if its margins have to be kept."""
+    if margin is None or not margin.keep:
+        return caps
+    stated = (caps.stall_force, stall_force(margin, drive))
+    return dataclasses.replace(caps, stall_force=min(f for f in stated if f is not None))
+
+
 def check_stated(
     caps: Caps,
     objectives: Iterable[str],
@@ -199,6 +223,8 @@ def check_stated(
         Naming the key that is missing.
     """
     asked = {name: f"the objective {name}" for name in objectives}
+    if margin is not None and margin.keep:
+        asked["peak-stall-force"] = "margin.keep"
     asked |= {
         quantity: f"caps.{name}"
         for quantity, name in CAPPED.items()
@@ -206,13 +232,18 @@ def check_stated(
     }
     for quantity, words in asked.items():
         needed = QUANTITIES[quantity].needs
-        if needed == "margin":
+        if needed in ("margin", "available"):
             if margin is None:
                 raise StudyError(
                     f"{words} needs the margins; state [margin] in the study, or --margin "
                     f"{next(iter(PRESETS))}"
                 )
-        elif needed and (drive is None or getattr(drive, needed) is None):
+            if needed == "available" and stall_force(margin, drive) is None:
+                raise StudyError(
+                    f"{words} needs what the motor has; state margin.available, or force, "
+                    "motor_torque or torque_speed of the drive"
+                )
+        elif needed and (drive is None or not getattr(drive, needed)):
             raise StudyError(
                 f"{words} needs the drive; add {needed} to [drive] of the study, or to the file "
                 "of --drive"
@@ -232,6 +263,8 @@ def without_cap(study: Study, quantity: str) -> Study:
     drive, cap = study.drive, CAPPED[quantity]
     for limit in (limit for limit, name in OF_THE_DRIVE.items() if name == cap and drive):
         drive = dataclasses.replace(drive, **{limit: None})
-    return dataclasses.replace(
-        study, caps=dataclasses.replace(study.caps, **{cap: None}), drive=drive
-    )
+    margin = study.margin
+    if cap == "stall_force" and margin is not None:
+        margin = dataclasses.replace(margin, keep=False)
+    caps = dataclasses.replace(study.caps, **{cap: None})
+    return dataclasses.replace(study, caps=caps, drive=drive, margin=margin)

@@ -5,6 +5,7 @@ Symbols: L [m] rope hauled in; T [s] longest duration; W [J] least work of the m
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from models.truss import TrussParameters, far_end_ratio, rope_travel, slider_dis
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.rounding import down, up
 from studies.drive.motor import rope_force_of
+from studies.margin.loads import least_static_need
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.bounds import (
     ROUNDING,
@@ -32,16 +34,22 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.phase_plane import LeastForce
 
 
-def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> None:
+def check_feasible(
+    study: TrussStudy,
+    least_force: Callable[[], LeastForce],
+    least_pull: Callable[[], LeastForce] | None = None,
+) -> None:
     """Raise StudyError if a closed form or the phase plane shows that no motion meets the caps.
 
     Parameters
     ----------
-    least_force : callable
-        Computes the phase-plane bound; called only if a force cap makes it matter.
+    least_force, least_pull : callable
+        Compute the phase-plane bounds, of the rope force and of the force of a motor with a rotor;
+        called only if a cap on them makes them matter. Without the second one closed forms count.
     """
     _check_jerk(study)
     _check_kinematics(study)
+    _check_margins(study)
     _check_mechanism(study)
     _check_tension(study)
     _check_pull(study)
@@ -58,20 +66,27 @@ def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
         else:
             _check_force(study, cap, least)
         _check_pull_within(study, cap)
+    _check_motor(study, least_pull)
 
 
-def check_attained(study: TrussStudy, least_force: Callable[[], LeastForce]) -> None:
+def check_attained(
+    study: TrussStudy,
+    least_force: Callable[[], LeastForce],
+    least_pull: Callable[[], LeastForce] | None = None,
+) -> None:
     """Raise StudyError where the least force is a limit that no motion attains.
 
     Parameters
     ----------
-    least_force : callable
-        Computes the phase-plane bound; called only where the force is all that is minimised.
+    least_force, least_pull : callable
+        As of `check_feasible`; called only where the force is all that is minimised.
     """
-    if study.minimise[0].keys() != {"peak-force"} or study.jerk_limited:
+    objective, *others = study.minimise[0]
+    found = {"peak-force": least_force, "peak-motor-force": least_pull}.get(objective)
+    if others or found is None or study.jerk_limited:
         return
     try:
-        least = least_force()
+        least = found()
     except StudyError:  # it gives no bound here, which is said beside the result
         return
     # a cap that the motion near the limit keeps anyway changes nothing
@@ -135,8 +150,27 @@ _PROOFS = {
     "peak-power": "the mean is W/T, and the motors do at least {work:.6g} J",
     "peak-motor-speed": "the mean of a shaft that hauls in {travel:.6g} m of rope",
     "peak-factored-force": "at rest, where it is largest, each factor and margin counted",
+    "peak-stall-force": "at rest, where it is largest, each factor and margin counted",
     "peak-reaction": "4 M R/T^2, with the truss's mass M and R, by which its centre moves",
 }
+
+
+def _check_margins(study: TrussStudy) -> None:
+    """Margins that no motion keeps: by what they need at rest, or by a bound on the force."""
+    margin, cap = study.margin, study.caps.stall_force
+    if margin is None or not margin.keep or cap is None:
+        return
+    need = lower_bounds(study, None)["peak-stall-force"]
+    if cap >= need * (1 - ROUNDING):
+        return
+    at_rest = least_static_need(margin, study.truss) >= need
+    kind, asked = ("static", margin.required[0]) if at_rest else ("dynamic", margin.required[1])
+    most = (1 + asked) * cap / need - 1
+    ask = f"ask for at most {down(100 * most)} %, or " if most > 0.0 else ""
+    raise _infeasible(
+        f"no motion keeps a {kind} margin of {100 * asked:g} %: with it the motor needs {up(need)} "
+        f"N for each rope, and it has {cap:.6g} N; {ask}take a motor that has more than that"
+    )
 
 
 def _check_mechanism(study: TrussStudy) -> None:
@@ -196,14 +230,42 @@ def _check_time_is_best(study: TrussStudy) -> None:
 
 
 def force_cap(study: TrussStudy) -> float | None:
-    """The most force on a rope [N] that caps on force and torque leave; None for no limit."""
+    """The most force on a rope [N] that caps on force and torque leave; None for no limit.
+
+    A motor with a rotor limits its own force, and not that of the rope.
+    """
+    stated = [study.caps.force]
+    if study.drive is None or study.drive.motor_inertia == 0.0:
+        stated.append(motor_force_cap(study))
+    return min((cap for cap in stated if cap is not None), default=None)
+
+
+def motor_force_cap(study: TrussStudy) -> float | None:
+    """The most force of a motor [N], its rotor included, that the caps leave; None for no limit."""
     caps, drive = study.caps, study.drive
-    stated = [] if caps.force is None else [caps.force]
+    stated = [] if caps.motor_force is None else [caps.motor_force]
     if caps.motor_torque is not None and drive is not None:
         stated.append(rope_force_of(drive, caps.motor_torque))
     if drive is not None and drive.torque_speed is not None:
         stated.append(rope_force_of(drive, drive.torque_speed[0][1]))
     return min(stated, default=None)
+
+
+def _check_motor(study: TrussStudy, least_pull: Callable[[], LeastForce] | None) -> None:
+    """A force of a motor with a rotor below what any motion needs."""
+    cap = motor_force_cap(study)
+    if cap is None or study.drive is None or study.drive.motor_inertia == 0.0:
+        return
+    bounds = [lower_bounds(study, None)["peak-motor-force"]]
+    with contextlib.suppress(StudyError):  # there may be none
+        bounds += [least_pull().force] if least_pull is not None else []
+    if cap < max(bounds) * (1 - ROUNDING):
+        raise _infeasible(
+            f"no motion deploys in {study.duration[1]:g} s with at most {cap:.6g} N of the motor "
+            f"on each rope, its rotor included; every motion needs at least {up(max(bounds))} N: "
+            "raise the cap on the motor's force or torque to more than that, or lengthen the "
+            "duration"
+        )
 
 
 def _check_tension(study: TrussStudy) -> None:

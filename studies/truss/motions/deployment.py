@@ -26,8 +26,9 @@ from models.truss import (
     rope_length,
 )
 from ocp.arrays import Array, Flags
-from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
+from studies.drive.motor import motor_speed, motor_torque, rotor_force, shares_of_the_curve
 from studies.drive.schema import Drive
+from studies.margin.available import standstill_kernel
 from studies.margin.schema import MarginRequirements
 from studies.margin.travel import Travel, along, need_kernel
 from studies.truss.quantities import QUANTITIES
@@ -199,7 +200,7 @@ class Deployment:
             "peak-rope-acceleration": np.abs(truss.rope_acceleration),
             "peak-force": truss.rope_force,
             "peak-reaction": np.abs(truss.reaction_force),
-            "peak-power": truss.motor_power,
+            "peak-power": self.motor_power(truss),
             "peak-far-end-tension": truss.far_end_tension,
             "peak-bar-force": truss.bar_force,
             "peak-buckling-load": truss.buckling_share,
@@ -208,14 +209,50 @@ class Deployment:
             **self._of_the_margin(truss),
         }
 
-    def _of_the_motor(self, truss: TrussMotion) -> dict[str, Array]:
-        """Speed, torque and load of one motor; empty without a drum."""
+    def hauled(self, truss: TrussMotion) -> Array:
+        """Rope on each drum (m,) [m]."""
+        stowed: Array = float(rope_length(self.truss, self.truss.stowed_angle)) - truss.rope_length
+        return stowed
+
+    def motor_force(self, truss: TrussMotion) -> Array:
+        """Force of the motor on each rope, that of its rotor included (m,) [N]."""
+        hauling = -truss.rope_speed, -truss.rope_acceleration
+        force: Array = truss.rope_force + rotor_force(self.drive, *hauling, self.hauled(truss))
+        return force
+
+    def motor_power(self, truss: TrussMotion) -> Array:
+        """Power of both motors at the ropes, that of their rotors included (m,) [W]."""
+        return -2 * self.motor_force(truss) * truss.rope_speed
+
+    def shaft(self, truss: TrussMotion) -> tuple[Array, Array] | None:
+        """Speed and torque of one motor's shaft (m,) [rad/s, N m]; None without a drum."""
         if self.drive is None or self.drive.drum_radius is None:
-            return {}
-        hauled = float(rope_length(self.truss, self.truss.stowed_angle)) - truss.rope_length
+            return None
+        hauled = self.hauled(truss)
         speed = motor_speed(self.drive, -truss.rope_speed, hauled)
-        torque = motor_torque(self.drive, truss.rope_force, hauled)
+        return speed, motor_torque(self.drive, self.motor_force(truss), hauled)
+
+    def motor_energy(self) -> Array:
+        """Energy that both motors have given so far, that of their rotors included (m,) [J].
+
+        It is at the ropes, as their power, and at the times of `energies`.
+        """
+        shaft = self.shaft(self.at(self.energies.time)[1])
+        if shaft is None or self.drive is None:
+            return self.energies.motor
+        inertia = self.drive.efficiency * self.drive.motor_inertia
+        return self.energies.motor + inertia * shaft[0] ** 2
+
+    def _of_the_motor(self, truss: TrussMotion) -> dict[str, Array]:
+        """Force, speed, torque and load of one motor; empty without a drum."""
+        shaft = self.shaft(truss)
+        if shaft is None or self.drive is None:
+            return {}
+        speed, torque = shaft
         found = {"peak-motor-speed": speed, "peak-motor-torque": torque}
+        if self.drive.motor_inertia > 0.0:  # the motor brakes its rotor, too
+            force = np.abs(self.motor_force(truss))
+            found |= {"peak-motor-force": force, "peak-motor-torque": np.abs(torque)}
         shares = shares_of_the_curve(self.drive, speed, torque)
         if shares:
             found["peak-motor-load"] = np.max(shares, axis=0)
@@ -226,8 +263,12 @@ class Deployment:
         if self.margin is None:
             return {}
         rows = (truss.angle[None], truss.speed[None], truss.acceleration[None])
-        needs = need_kernel(self.margin, self.truss)(*rows).full()
-        return {"peak-factored-force": needs.max(axis=0)}
+        needs = need_kernel(self.margin, self.truss, self.drive)(*rows).full()
+        found = {"peak-factored-force": needs.max(axis=0)}
+        at_standstill = standstill_kernel(self.margin, self.drive, self.truss)
+        if at_standstill is not None:
+            found["peak-stall-force"] = at_standstill(*rows).full().max(axis=0)
+        return found
 
     def _located(self, grid: Array, sampled: Mapping[str, Array]) -> dict[str, Extreme]:
         """Extremes of histories that are sampled on a grid, all of them refined at once."""
@@ -327,7 +368,7 @@ def columns_at(deployment: Deployment, time: Array) -> dict[str, Array]:
         "rope_acceleration": truss.rope_acceleration,
         "motor_force": truss.rope_force,
         "far_end_tension": truss.far_end_tension,
-        "motor_power": truss.motor_power,
+        "motor_power": deployment.motor_power(truss),
         "angle": motion.angle,
         "angular_speed": motion.speed,
         "angular_acceleration": motion.acceleration,

@@ -5,6 +5,10 @@ one with T1 = F, and none that comes to rest at pi/2 is faster than the one with
 cross once (their kinetic energies differ in slope by F f > 0), so the lower of the two gives the
 least time, globally.
 
+A rotor behind the drum acts as a mass on the rope. Then the motor pulls with F at most, and brakes
+its rotor with F at most. T1 is less than F while the rotor speeds up. A motion comes to rest with
+T1 = 0 or with -F at the motor, whichever brakes less. All else is as above.
+
 Symbols: alpha [rad], omega [rad/s], t [s], T1 and F [N].
 """
 
@@ -120,22 +124,33 @@ class PhasePlane:
     Parameters
     ----------
     parameters : TrussParameters
+    rotor : mass on each rope as which the rotor of its motor acts [kg].
     """
 
-    def __init__(self, parameters: TrussParameters) -> None:
+    def __init__(self, parameters: TrussParameters, rotor: float = 0.0) -> None:
         self.parameters = parameters
-        self._acceleration = _acceleration_functions(parameters)
+        self._driven = _acceleration_functions(parameters, rotor)
+        self._braked = _acceleration_functions(parameters, rotor, braking=True)
+        self._rotor = rotor
         self._crawls = False  # a motion was found whose equations are stiff
-        self._braking = self._flow(0.0, DEPLOYED, 0.0, sign=-1.0)
+        self._known_braking: dict[float, _Flow] = {}
+
+    def _braking(self, force: float) -> _Flow:
+        """To rest at the end, backwards, with at most `force` [N] at a motor that has a rotor."""
+        key = force if self._rotor else 0.0
+        if key not in self._known_braking:
+            self._known_braking = {key: self._flow(key, DEPLOYED, 0.0, sign=-1.0)}
+        return self._known_braking[key]
 
     def fastest(self, force: float) -> FastestMotion | None:
         """Return the fastest motion with 0 <= T1 <= force [N], None if no motion gets through."""
         if force <= _static(self.parameters, self.parameters.stowed_angle):
             return None
-        driven = self._flow(force, self.parameters.stowed_angle, 0.0, sign=1.0, below=self._braking)
+        braking = self._braking(force)
+        driven = self._flow(force, self.parameters.stowed_angle, 0.0, sign=1.0, below=braking)
         if driven.stalled:
             return None
-        return self._join(force, driven, self._braking)
+        return self._join(force, driven, braking)
 
     def least_time(self, force: float) -> float:
         """T_min(force) [s]; infinite if no motion gets through."""
@@ -221,11 +236,14 @@ class PhasePlane:
         first, last = driven.upto(switch_time), braking.upto(brake_time)[::-1]
         angle, speed = np.hstack([driven(first), braking(last)])
         rope_force = np.concatenate([np.full(first.size, force), np.zeros(last.size)])
-        points = (angle, speed, rope_force)
-        slack, taut = (
-            elementwise(self._acceleration[net], *points)[0].ravel() for net in ("slack", "taut")
+        points = (angle, speed, np.full(angle.size, force))
+        parts = np.arange(angle.size) < first.size, angle < self.parameters.net_angle
+        (up, up_taut), (down, down_taut) = (
+            [elementwise(functions[net], *points)[0].ravel() for net in ("slack", "taut")]
+            for functions in (self._driven, self._braked)
         )
-        acceleration = np.where(angle < self.parameters.net_angle, slack, taut)
+        before = np.where(parts[1], up, up_taut)
+        acceleration = np.where(parts[0], before, np.where(parts[1], down, down_taut))
         return FastestMotion(
             force=force,
             duration=duration,
@@ -274,7 +292,8 @@ class PhasePlane:
         below: _Flow | None,
     ) -> Any:
         """One branch of the potential: from a state to an edge, to rest, or to the flow below."""
-        acceleration = _Acceleration(self._acceleration[net], force)
+        functions = self._driven if sign > 0 else self._braked
+        acceleration = _Acceleration(functions[net], force)
         events = [_event(lambda y: y[0] - edge), _event(lambda y: y[1] - AT_REST, direction=-1)]
         if below is not None:
             events.append(_event(lambda y: below.excess(y[0], y[1]), direction=1))
@@ -442,12 +461,23 @@ class _Acceleration:
         return float(self._result[0])
 
 
-def _acceleration_functions(parameters: TrussParameters) -> dict[Net, ca.Function]:
+def _acceleration_functions(
+    parameters: TrussParameters, rotor: float, braking: bool = False
+) -> dict[Net, ca.Function]:
+    """Accelerations under a force of the motor or, if it brakes, the least that it allows."""
     alpha, omega, tension = (ca.SX.sym(name) for name in ("alpha", "omega", "tension"))
     nets: tuple[Net, ...] = ("slack", "taut")
-    expressions = {
-        net: angular_acceleration(parameters, alpha, omega, tension, net=net) for net in nets
-    }
+
+    def acceleration(net: Net) -> ca.SX:
+        if not braking:
+            return angular_acceleration(parameters, alpha, omega, tension, net, rotor)
+        without = angular_acceleration(parameters, alpha, omega, 0.0, net)
+        if not rotor:
+            return without
+        held = angular_acceleration(parameters, alpha, omega, -tension, net, rotor)
+        return ca.fmax(held, without)
+
+    expressions = {net: acceleration(net) for net in nets}
     return {
         net: ca.Function(net, [alpha, omega, tension], [expression], {"cse": True})
         for net, expression in expressions.items()

@@ -14,9 +14,11 @@ from dataclasses import dataclass, replace
 from ocp import Interrupted, OcpError, Problem, Settings, Solution, Trial, audit
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.rounding import up
+from studies.common.rounding import down, up
+from studies.margin.travel import KINDS
 from studies.truss.config import TrussStudy
 from studies.truss.limits.caps import CURVE, HARD, cap_on, without_cap
+from studies.truss.motions.deployment import travel_of
 from studies.truss.motions.starts import first_of_each_kind
 from studies.truss.quantities import QUANTITIES, Quantity
 from studies.truss.search.best_motion import BestMotion
@@ -80,9 +82,21 @@ class HardCap:
             f"no motion was found: under the other caps {up(value)} {unit} is the least found for "
             f"the {self.quantity.title} (local: best of {count} start{'s' * (count > 1)}), above "
             f"its cap of {self.value:g} {unit}; raise that cap to more than this, or loosen "
-            f"another one{curve_in_words(study)}; this is no proof that there is none",
+            f"another one{self.margins_in_words(least)}{curve_in_words(study)}; this is no proof "
+            "that there is none",
             ExitCode.NOT_SOLVED,
         )
+
+    def margins_in_words(self, least: BestMotion) -> str:
+        """The margins to ask for, where these are what is missed; else nothing."""
+        travel = travel_of(least.deployment) if self.key == "peak-stall-force" else None
+        if travel is None:
+            return ""
+        margins = []
+        for kind in KINDS:
+            case, k = travel.worst(kind)
+            margins.append(f"{down(100 * case.margins[kind][k], 3)} %")
+        return f"; the motion with that least keeps {margins[0]} at rest and {margins[1]} in motion"
 
 
 def hard_caps(study: TrussStudy) -> tuple[HardCap, ...]:

@@ -16,10 +16,16 @@ from studies.common.finished import FinishedStarts
 from studies.common.result import Verdict
 from studies.common.rounding import up
 from studies.common.second_solve import SecondSolve, second_solve
+from studies.drive.motor import rotor_mass
 from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
-from studies.truss.limits.feasibility import check_attained, check_feasible, force_cap
+from studies.truss.limits.feasibility import (
+    check_attained,
+    check_feasible,
+    force_cap,
+    motor_force_cap,
+)
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
 from studies.truss.motions.starts import (
@@ -116,11 +122,36 @@ class Search:
         return PhasePlane(self.study.truss)
 
     @functools.cached_property
+    def motor_plane(self) -> PhasePlane:
+        """That of a motor with a rotor, which is a mass on the rope if its drum has one layer.
+
+        Raises
+        ------
+        StudyError
+            If the drum has several.
+        """
+        from studies.truss.motions.phase_plane import PhasePlane
+
+        drive = self.study.drive
+        if drive is not None and drive.rope_diameter is not None:
+            raise StudyError("The phase plane gives no bound for a drum of several layers.")
+        return PhasePlane(self.study.truss, rotor_mass(drive, 0.0))
+
+    @functools.cached_property
     def _least_force_or_why(self) -> LeastForce | StudyError:
         """The phase-plane bound of the force, or why there is none; worked out once either way."""
         self.console.progress("phase plane: least force without further caps")
         try:
             return self.plane.least_force(self.study.duration[1])
+        except StudyError as error:
+            return error
+
+    @functools.cached_property
+    def _least_pull_or_why(self) -> LeastForce | StudyError:
+        """The same of the force of a motor with a rotor."""
+        self.console.progress("phase plane: least force of the motor with its rotor")
+        try:
+            return self.motor_plane.least_force(self.study.duration[1])
         except StudyError as error:
             return error
 
@@ -133,30 +164,42 @@ class Search:
         StudyError
             If it cannot be had for this truss.
         """
-        found = self._least_force_or_why
-        if isinstance(found, StudyError):
-            raise found
-        return found
+        return _or_raised(self._least_force_or_why)
+
+    @property
+    def least_pull(self) -> LeastForce:
+        """The phase-plane bound of the force of a motor with a rotor.
+
+        Raises
+        ------
+        StudyError
+            If it cannot be had for this truss or drum.
+        """
+        return _or_raised(self._least_pull_or_why)
 
     @functools.cached_property
     def bounds(self) -> dict[str, float]:
         """Lower bounds by quantity; the phase plane only where it can matter."""
-        cap = force_cap(self.study)
-        least_time, force = 0.0, None
+        cap, motor_cap = force_cap(self.study), motor_force_cap(self.study)
+        least_time, force, motor = 0.0, None, None
         if self.interrupted or self.enough is not None:  # no more long work
             return lower_bounds(self.study, None)
 
+        drive, objectives = self.study.drive, set(self.study.objectives)
+        of_the_motor = {"peak-motor-force", "peak-motor-torque", "peak-factored-force"}
         try:
             least_time = 0.0 if cap is None else self.plane.least_time(cap)
-            of_force = {"peak-force", "peak-motor-torque", "peak-factored-force"}.intersection(
-                self.study.objectives
-            )
-            force = self.least_force if of_force else None
+            if drive is not None and drive.motor_inertia > 0.0:
+                if motor_cap is not None:
+                    least_time = max(least_time, self.motor_plane.least_time(motor_cap))
+                motor = self.least_pull if objectives & of_the_motor else None
+                of_the_motor = set()
+            force = self.least_force if objectives & {"peak-force", *of_the_motor} else None
         except KeyboardInterrupt:  # the motions found so far are worth more than this bound
             self.interrupted = True
         except StudyError as error:  # none to be had
             self.remarks.append(str(error))
-        return lower_bounds(self.study, force, least_time)
+        return lower_bounds(self.study, force, least_time, motor=motor)
 
     @functools.cached_property
     def references(self) -> dict[str, float]:
@@ -171,8 +214,9 @@ class Search:
         StudyError
             With the nearest value that works.
         """
-        check_feasible(self.study, lambda: self.least_force)
-        check_attained(self.study, lambda: self.least_force)
+        bounds = (lambda: self.least_force), (lambda: self.least_pull)
+        check_feasible(self.study, *bounds)
+        check_attained(self.study, *bounds)
 
     def run(self) -> BestMotion:
         """Search, first without forces where they do not matter, and report the best.
@@ -393,13 +437,12 @@ class Search:
         if price := price_in_words(statement, optimum.solution):
             self.remarks.append(price)
 
-        force = deployment.values["peak-force"] if "peak-force" in self.study.objectives else None
         bound = self._bound()
         if not verified:
             reasons = "; ".join(optimum.solution.verification.reasons)
             stopped = ", then interrupted" if self.interrupted else ""
             verdict = Verdict("unverified", f"unverified: {reasons}{stopped}")
-        elif force is not None and (unattained := self._unattained(force)) is not None:
+        elif (unattained := self._unattained(deployment)) is not None:
             verdict = unattained
         elif bound is not None and optimum.value <= bound * (1 + BOUND_MET):
             verdict = global_verdict(self.study, optimum.value, bound, distinct[0])
@@ -455,12 +498,17 @@ class Search:
         law = law_of(self.study, statement, solution)
         return Deployment("optimal", law, self.study.truss, self.study.drive, self.study.margin)
 
-    def _unattained(self, peak_force: float) -> Verdict | None:
+    def _unattained(self, deployment: Deployment) -> Verdict | None:
         """The verdict on a motion whose force is at a limit that no motion attains."""
         if self.interrupted or self.study.jerk_limited:
             return None
-        least = self._least_force_or_why
-        return None if isinstance(least, StudyError) else unattained_verdict(peak_force, least)
+        for key in ("peak-force", "peak-motor-force"):
+            if key in self.study.objectives:
+                of_the_rope = key == "peak-force"
+                least = self._least_force_or_why if of_the_rope else self._least_pull_or_why
+                if not isinstance(least, StudyError):
+                    return unattained_verdict(deployment.values[key], least)
+        return None
 
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
         """Later objectives, each with the earlier ones held; never a loss."""
@@ -496,6 +544,7 @@ class Search:
             needed = (
                 f"under the other caps {up(value)} {unit} is the least found for the {name} "
                 "(local): raise its cap to that, or loosen another one"
+                f"{hard.margins_in_words(least)}"
             )
             if value <= hard.value and not self.interrupted:
                 try:
@@ -550,3 +599,9 @@ class Search:
         if self.interrupted:
             raise KeyboardInterrupt
         return bound
+
+
+def _or_raised(found: LeastForce | StudyError) -> LeastForce:
+    if isinstance(found, StudyError):
+        raise found
+    return found

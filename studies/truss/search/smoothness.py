@@ -80,6 +80,7 @@ def first_price(
     least["peak-bar-force"] = force
     least["peak-far-end-tension"] = max(force * share for _, force, share in ends)
     if study.drive is not None and study.drive.drum_radius is not None:
+        least["peak-motor-force"] = force
         torque = float(motor_torque(study.drive, force, 0.0))
         least["peak-motor-torque"] = torque
         least["peak-motor-load"] = max(shares_of_the_curve(study.drive, 0.0, torque), default=1.0)

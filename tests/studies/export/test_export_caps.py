@@ -16,7 +16,12 @@ from studies.truss.limits.caps import CAPPED
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
 
-DRIVE = Drive(drum_radius=0.02, interpolation="quintic", torque_speed=[[0, 1.0], [300, 0.0]])
+DRIVE = Drive(
+    drum_radius=0.02,
+    interpolation="quintic",
+    torque_speed=[[0, 1.0], [300, 0.0]],
+    motor_inertia=2e-4,
+)
 STUDY = TrussStudy(
     minimise="peak-acceleration",
     duration=4.0,

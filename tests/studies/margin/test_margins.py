@@ -28,6 +28,7 @@ from studies.truss.study import run
 TRUSS = TrussParameters(pulley_friction=0.01)
 OPEN = math.pi / 2
 PLAIN = MarginRequirements()
+ROTOR = Drive(drum_radius=0.02, gear_ratio=50.0, motor_inertia=2e-6)
 CURVE = [[0.07, 0.5], [1.0, 2.0], [1.6, 1.0]]
 
 
@@ -49,12 +50,14 @@ def test_the_least_margin_is_looked_for_between_the_rows(duration: float) -> Non
 
 
 def test_contributions_add_up_to_the_force_of_the_model() -> None:
-    found, truth = travel(PLAIN)
-    (case,) = found.cases
-    total = sum(case.parts[name] for name in CONTRIBUTIONS)
-    # two ways through the same formulas: rounding of forces of 100 N
-    assert total == pytest.approx(truth.rope_force, rel=1e-11, abs=1e-11)
-    assert case.required["dynamic"] == pytest.approx(truth.rope_force, rel=1e-11, abs=1e-11)
+    for drive, mass in ((None, 0.0), (ROTOR, 12.5)):
+        found, truth = travel(PLAIN, drive)
+        (case,) = found.cases
+        total = sum(case.parts[name] for name in CONTRIBUTIONS)
+        # two ways through the same formulas: rounding of forces of 100 N
+        force = truth.rope_force - mass * truth.rope_acceleration
+        assert total == pytest.approx(force, rel=1e-11, abs=1e-11)
+        assert case.required["dynamic"] == pytest.approx(force, rel=1e-11, abs=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -62,13 +65,13 @@ def test_contributions_add_up_to_the_force_of_the_model() -> None:
 )
 def test_a_factor_acts_on_its_contribution_and_on_its_friction_in_the_pulleys(name: str) -> None:
     factors = MarginRequirements(factors={name: 2.0})
-    (plain,), (case,) = travel(PLAIN)[0].cases, travel(factors)[0].cases
+    (plain,), (case,) = travel(PLAIN, ROTOR)[0].cases, travel(factors, ROTOR)[0].cases
     resisting = plain.parts[name] > 0
     assert case.parts[name][resisting] == pytest.approx(2 * plain.parts[name][resisting], rel=1e-9)
     # what helps is as it was: the truss brakes, and inertia pulls the rope
     helping = plain.parts[name] < 0
     assert case.parts[name][helping] == pytest.approx(plain.parts[name][helping], rel=1e-9)
-    assert helping.any() == (name == "inertia")
+    assert helping.any() == (name in ("inertia", "rotor"))
     gained = case.required["dynamic"] - plain.required["dynamic"]
     # with pulleys between, a load costs more at the motor than it is
     extra = 1.0 if name == "pulley_friction" else 1.0 + 1e-9
@@ -179,7 +182,7 @@ def test_a_curve_that_ends_inside_the_travel_is_refused() -> None:
 
 def test_every_number_of_a_preset_has_its_source() -> None:
     lines = MarginRequirements(preset="aiaa-s-114").sources()
-    assert [line["value"] for line in lines] == [1.0, 0.25, *[1.0] * 11]
+    assert [line["value"] for line in lines] == [1.0, 0.25, *[1.0] * 12]
     assert all("Mission Assurance Baseline" in line["source"] for line in lines)
     own = MarginRequirements(preset="aiaa-s-114", dynamic=0.5, factors={"net": 1.2}).sources()
     stated = [line["number"] for line in own if line["source"] == "stated"]
