@@ -130,9 +130,11 @@ def along(
         margins = {}
         if available is not None:
             for kind in KINDS:
-                with np.errstate(divide="ignore"):
-                    ratio = available * whole / np.maximum(required[kind], 0.0)
-                margins[kind] = ratio - 1.0
+                ratio = np.full_like(available, np.inf)  # where nothing is required
+                where = required[kind] > 0.0
+                margins[kind] = (
+                    np.divide(available * whole, required[kind], ratio, where=where) - 1.0
+                )
         needed = {kind: (1 + wanted[kind]) * required[kind] / whole for kind in KINDS}
         found.append(CaseAlongTheTravel(case, required, margins, needed, parts))
     return Travel(margin, time, angle, available, tuple(found))

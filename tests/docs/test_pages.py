@@ -111,9 +111,14 @@ def test_commands_are_understood(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    files = {"mine": "own-truss", "drive": "mechanism-limits", "margin": "margins"}
+    files = {
+        "mine": "how-to/own-truss",
+        "drive": "how-to/mechanism-limits",
+        "margin": "how-to/margins",
+        "rotor": "explanation/rotor",
+    }
     for name, page in files.items():
-        text = blocks(DOCS / "how-to" / f"{page}.md", "toml")[0]
+        text = blocks(DOCS / f"{page}.md", "toml")[0]
         (tmp_path / f"{name}.toml").write_text(text)
     options, _ = parse(shlex.split(line, comments=True))
     if line.startswith("truss") and "--resume" not in line:
