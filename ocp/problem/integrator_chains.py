@@ -20,6 +20,7 @@ from ocp.problem.functionals import pieces_over
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import (
+    TIME,
     Algebraic,
     Constant,
     Control,
@@ -77,8 +78,8 @@ def variation_of(
     "automatic" is linear for a control that drives a chain of two or more integrators which the
     scheme then integrates exactly, and polynomial otherwise. A control in an equation of the phase,
     such as an acceleration of implicit dynamics, is polynomial: it then has a value of its own at
-    each point at which the equation is imposed. So is one whose limits are curved with other
-    controls, because straight lines would need very many intervals to follow them. An
+    each point at which the equation is imposed. So is one whose limits are curved, in time or
+    with other controls, because straight lines would need very many intervals to follow them. An
     automatic polynomial in which the phase is linear has one coefficient fewer than there are
     collocation points, see `enters_linearly`. "full" is "automatic" without this.
     """
@@ -102,22 +103,24 @@ def in_equation(control: Control, phase: Phase) -> bool:
 
 @lru_cache(maxsize=256)
 def _has_curved_limit(problem: Problem, phase: Phase, control: Control) -> bool:
-    """Whether a limit or peak of several controls and of no state is curved."""
+    """Whether a limit or peak of controls and not of states is curved, in time or with others."""
     limited = [bound.expression for bound in phase.bounds]
     limited += [expression for _, expression in pieces_over(problem.peaks, phase.name)]
     return any(_is_curved(expression, control) for expression in limited)
 
 
 def _is_curved(expression: ca.SX, control: Control) -> bool:
-    """Whether a limit of several controls and of no state is a quadratic function of this one.
+    """Whether a limit of a control and of no state changes in time, or with others is quadratic.
 
     Controls that turn along such a limit, as that of a thrust, follow an arc and no straight lines.
     """
     symbols = resolve(expression, "a limit")
-    if any(isinstance(symbol, (State, Algebraic)) for symbol in symbols):
+    of_states = any(isinstance(symbol, (State, Algebraic)) for symbol in symbols)
+    if of_states or not ca.depends_on(expression, control.symbol):
         return False
-    controls = ca.vertcat(*[s.symbol for s in symbols if isinstance(s, Control)], ca.SX(0, 1))
-    several = controls.numel() > 1 and ca.depends_on(expression, control.symbol)
+    if any(symbol is TIME for symbol in symbols):
+        return True
+    several = sum(isinstance(symbol, Control) for symbol in symbols) > 1
     quadratic = several and is_quadratic(expression, control.symbol)
     return quadratic and not is_linear(expression, control.symbol)
 
