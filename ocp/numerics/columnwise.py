@@ -91,7 +91,7 @@ def enclosed(
     return low, high
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def _mapped(function: ca.Function, count: int) -> ca.Function:
     """A function for so many columns side by side."""
     return function.map(count)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import IntEnum, auto
 from functools import cache
 from typing import TypeAlias
 
@@ -243,12 +244,26 @@ def expression_text(
     return f"f({', '.join(named)})"
 
 
+class _Binding(IntEnum):
+    """How tightly an operation binds its operands, the loosest one first."""
+
+    OR = auto()
+    AND = auto()
+    COMPARISON = auto()
+    SUM = auto()
+    NEGATIVE = auto()  # less than a product, so that a power or a divisor puts it in parentheses
+    PRODUCT = auto()
+    DIVISOR = auto()
+    POWER = auto()
+    WHOLE = auto()
+
+
 @dataclass(frozen=True, repr=False)
 class _Text:
     """A part of an expression and how tightly its last operation binds."""
 
     text: str
-    binding: int = 9
+    binding: int = _Binding.WHOLE
 
     def within(self, binding: int) -> str:
         """The text as an operand of an operation that binds this tightly."""
@@ -257,20 +272,19 @@ class _Text:
 
 # operation: sign between its operands, how tightly it binds, what its right operand needs
 _INFIX = {
-    "or": (" or ", 1, 1),
-    "and": (" and ", 2, 2),
-    "lt": (" < ", 3, 4),
-    "le": (" <= ", 3, 4),
-    "eq": (" == ", 3, 4),
-    "ne": (" != ", 3, 4),
-    "add": (" + ", 4, 4),
-    "sub": (" - ", 4, 6),
-    "mul": ("*", 6, 6),
-    "div": ("/", 6, 7),
-    "pow": ("^", 8, 8),
-    "constpow": ("^", 8, 8),
+    "or": (" or ", _Binding.OR, _Binding.OR),
+    "and": (" and ", _Binding.AND, _Binding.AND),
+    "lt": (" < ", _Binding.COMPARISON, _Binding.SUM),
+    "le": (" <= ", _Binding.COMPARISON, _Binding.SUM),
+    "eq": (" == ", _Binding.COMPARISON, _Binding.SUM),
+    "ne": (" != ", _Binding.COMPARISON, _Binding.SUM),
+    "add": (" + ", _Binding.SUM, _Binding.SUM),
+    "sub": (" - ", _Binding.SUM, _Binding.PRODUCT),
+    "mul": ("*", _Binding.PRODUCT, _Binding.PRODUCT),
+    "div": ("/", _Binding.PRODUCT, _Binding.DIVISOR),
+    "pow": ("^", _Binding.POWER, _Binding.POWER),
+    "constpow": ("^", _Binding.POWER, _Binding.POWER),
 }
-_NEGATIVE = 5  # binds less than a product, so that a power or a divisor puts it in parentheses
 _FUNCTIONS = {"if_else_zero": "if", "fmin": "min", "fmax": "max", "fabs": "abs"}
 
 
@@ -279,13 +293,13 @@ def _operation_text(name: str, operands: Sequence[_Text]) -> _Text:
     if name in _INFIX:
         return _infix_text(name, first, operands[1])
     if name == "neg":
-        return _Text(f"-{first.within(6)}", _NEGATIVE)
+        return _Text(f"-{first.within(_Binding.PRODUCT)}", _Binding.NEGATIVE)
     if name == "sq":
-        return _Text(f"{first.within(9)}^2", 8)
+        return _Text(f"{first.within(_Binding.WHOLE)}^2", _Binding.POWER)
     if name == "twice":
-        return _Text(f"2*{first.within(6)}", 6)
+        return _Text(f"2*{first.within(_Binding.PRODUCT)}", _Binding.PRODUCT)
     if name == "inv":
-        return _Text(f"1/{first.within(7)}", 6)
+        return _Text(f"1/{first.within(_Binding.DIVISOR)}", _Binding.PRODUCT)
     arguments = ", ".join(operand.text for operand in operands)
     return _Text(f"{_FUNCTIONS.get(name, name)}({arguments})")
 
@@ -294,14 +308,14 @@ def _infix_text(name: str, first: _Text, second: _Text) -> _Text:
     sign, binding, right = _INFIX[name]
     if name == "add" and second.text.startswith("-"):
         return _Text(f"{first.text} - {second.text[1:]}", binding)
-    if name in ("mul", "div") and first.binding == _NEGATIVE:
-        return _Text(f"{first.text}{sign}{second.within(right)}", _NEGATIVE)
+    if name in ("mul", "div") and first.binding == _Binding.NEGATIVE:
+        return _Text(f"{first.text}{sign}{second.within(right)}", _Binding.NEGATIVE)
     left = first.within(binding + (sign == "^"))  # a power of a power needs parentheses
     return _Text(f"{left}{sign}{second.within(right)}", binding)
 
 
 def _number_text(value: float) -> _Text:
-    return _Text(f"{value:.6g}", _NEGATIVE if value < 0 else 9)
+    return _Text(f"{value:.6g}", _Binding.NEGATIVE if value < 0 else _Binding.WHOLE)
 
 
 @cache

@@ -163,7 +163,7 @@ class Lagrange:
 Basis = Bernstein | Lagrange
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def to_bernstein(basis: Basis) -> Array:
     """Matrix (count, count) from the coefficients of a basis to Bernstein coefficients."""
     if isinstance(basis, Bernstein):
@@ -172,7 +172,7 @@ def to_bernstein(basis: Basis) -> Array:
     return np.asarray(np.linalg.solve(bernstein(basis.count, points), basis.values(points)))
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def to_powers(basis: Basis) -> Array:
     """Matrix (count, count) from the coefficients of a basis to those of powers of local time."""
     points = _chebyshev(basis.count)
@@ -325,7 +325,7 @@ def barycentric_weights(support: Array) -> Array:
     return 1.0 / np.asarray(np.prod(gaps, axis=1))
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def _with_weights(support: tuple[float, ...]) -> tuple[Array, Array]:
     """Support points as an array, and their barycentric weights."""
     points = np.array(support)

@@ -246,7 +246,7 @@ class Trapezoid(Lobatto):
 SCHEMES = {scheme.__name__: scheme for scheme in (Radau, Gauss, Lobatto, HermiteSimpson, Trapezoid)}
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def _collocation(points_and_order: Callable[[int], tuple[Array, int]], degree: int) -> Collocation:
     points, order = points_and_order(degree)
 

@@ -14,16 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.mesh.mesh import inside_intervals
+from ocp.mesh.mesh import SAME_POINT, inside_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, costates, put_costates
 from ocp.scaling.scales import Scales
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.rows import PathRows
 from ocp.transcription.transcribe import Transcription
-
-# Fraction of a phase within which two added points of a path constraint are the same point
-_SAME_POINT = 1e-9
 
 
 def carried_multipliers(iterate: Iterate, target: Transcription) -> tuple[Array, Array] | None:
@@ -115,7 +112,7 @@ def _carry_paths(
             rows[path.rows] = np.interp(at, old, values) * measure
         else:
             distances = np.abs(at[:, None] - old[None, :])
-            same = distances.min(axis=1) < _SAME_POINT
+            same = distances.min(axis=1) < SAME_POINT
             rows[path.rows] = np.where(same, values[distances.argmin(axis=1)], 0.0)
 
 

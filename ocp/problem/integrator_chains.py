@@ -32,7 +32,7 @@ from ocp.problem.symbols import (
 )
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def chain_length(phase: Phase, control: Control) -> int:
     """Number of integrators in the longest pure chain that a control drives in a phase.
 
@@ -101,7 +101,7 @@ def in_equation(control: Control, phase: Phase) -> bool:
     )
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def _has_curved_limit(problem: Problem, phase: Phase, control: Control) -> bool:
     """Whether a limit or peak of controls and not of states is curved, in time or with others."""
     limited = [bound.expression for bound in phase.bounds]
@@ -125,7 +125,7 @@ def _is_curved(expression: ca.SX, control: Control) -> bool:
     return quadratic and not is_linear(expression, control.symbol)
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def enters_linearly(problem: Problem, phase: Phase, control: Control) -> bool:
     """Whether rates, integrands, peaks and bounds of a phase are linear in one of its controls.
 

@@ -22,7 +22,7 @@ def rate_text(state: State) -> str:
     return f"the rate of '{state.name}'"
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def kinks_of(problem: Problem) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Each expression that has kinks, in words, and the operations of CasADi that make them."""
     along = [entry for phase in problem.phases for entry in problem.along(phase)]
@@ -41,7 +41,7 @@ def choices_of(problem: Problem) -> Iterator[str]:
             yield functional_text(functional)
 
 
-@lru_cache(maxsize=256)
+@lru_cache
 def crossable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
     """Kinks of the dynamics and integrands of a phase that its motion may cross.
 

@@ -123,7 +123,7 @@ def limit_slopes(limit: Any, parameters: Parameters) -> dict[str, float]:
     return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def _stated_limits(
     problem: Problem,
 ) -> tuple[list[dict[Any, tuple[Any, Any]]], list[int], ca.Function]:

@@ -134,7 +134,7 @@ def with_brackets(
 
     for jump in sorted(bracketed, key=lambda j: -j.size):
         followed = any(jump.first - ROUND_OFF <= p <= jump.last + ROUND_OFF for p in movable)
-        if followed or not 1e-9 < jump.at < 1 - 1e-9:
+        if followed or not SAME_POINT < jump.at < 1 - SAME_POINT:
             continue
         if np.any(np.abs(known - jump.at) <= SAME_POINT):
             continue
