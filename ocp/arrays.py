@@ -6,3 +6,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+
+# Divisors that may vanish are this at least.
+TINY = float(np.finfo(float).tiny)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ocp.arrays import TINY
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.refine import Refinement
@@ -124,7 +125,7 @@ def with_bound(verdict: str, value: float, bound: float, sense: float, allowed: 
         Part of the bound by which a value that meets it may be off.
     """
     # only zero meets a bound of zero
-    gap = sense * (value - bound) / max(abs(bound), 1e-300)
+    gap = sense * (value - bound) / max(abs(bound), TINY)
     if abs(gap) <= allowed:
         return f"global: bound met (gap {abs(gap):.1e})"
     if gap < 0:

@@ -18,7 +18,7 @@ from ocp.nlp.interrupts import noted_interrupts
 from ocp.problem.bounds import Bound
 from ocp.problem.problem import Problem, with_objective
 from ocp.problem.symbols import Constant
-from ocp.problem.texts import text_of
+from ocp.problem.texts import SHORT, text_of
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
@@ -58,7 +58,7 @@ class PriorityLevel:
 
     def __repr__(self) -> str:
         outcome = f"= {self.value:.8g}" if self.value is not None else f"failed, {self.error}"
-        return f"PriorityLevel({text_of(self.objective, 60)} {outcome})"
+        return f"PriorityLevel({text_of(self.objective, SHORT)} {outcome})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

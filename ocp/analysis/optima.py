@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocp.optimality.iterate import LEAST_OF_A_SCALE
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 
@@ -126,7 +127,7 @@ def _same_optimum(one: Trial, other: Trial, settings: Settings, same: float | No
 
 def same_value(one: Trial, other: Trial, settings: Settings, same: float | None) -> bool:
     """Whether two values are the same, to what the settings promise or to what is asked for."""
-    least = 1e-3 * one.solved.kept_iterate.scales.objective
+    least = LEAST_OF_A_SCALE * one.solved.kept_iterate.scales.objective
     size = max(abs(one.value), abs(other.value), least)
     allowed = _SAME_VALUE * settings.accuracy.objective if same is None else same
     return abs(one.value - other.value) <= allowed * size

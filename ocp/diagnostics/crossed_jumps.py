@@ -6,12 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ocp.mesh.mesh import MIDPOINTS
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.problem.discontinuities import Discontinuity
-
-# Instants of an interval at which a motion is looked at, off its ends: a motion that begins at rest
-# has a speed of zero there, whose sign is neither
-_LOOKS = 8
 
 
 def crossed_jumps(trajectory: Trajectory, evaluator: Evaluator) -> Iterator[Discontinuity]:
@@ -20,7 +17,7 @@ def crossed_jumps(trajectory: Trajectory, evaluator: Evaluator) -> Iterator[Disc
         if not found.phase:
             continue
         motion = trajectory.phase(found.phase)
-        k = np.repeat(np.arange(motion.intervals), _LOOKS)
-        tau = np.tile((np.arange(_LOOKS) + 0.5) / _LOOKS, motion.intervals)
+        k = np.repeat(np.arange(motion.intervals), MIDPOINTS.size)
+        tau = np.tile(MIDPOINTS, motion.intervals)
         if np.ptp(evaluator.values(trajectory, found.phase, [found.cause], k, tau)) > 0.0:
             yield found

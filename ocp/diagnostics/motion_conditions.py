@@ -13,14 +13,12 @@ import numpy as np
 from ocp.accuracy import Accuracy
 from ocp.diagnostics.crossed_jumps import crossed_jumps
 from ocp.diagnostics.diagnostic import Evidence, Finding
+from ocp.optimality.iterate import LEAST_OF_A_SCALE
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import (
     ReplayedAnswer,
     verify,
 )
-
-# Part of its scale that is the size of a peak of zero, as of an objective that is zero
-_OF_A_SCALE = 1e-3
 
 
 def motion_conditions(answer: Evidence) -> Iterator[Finding]:
@@ -39,7 +37,7 @@ def motion_conditions(answer: Evidence) -> Iterator[Finding]:
     )
     for peak, (name, stated, dense) in zip(iterate.problem.peaks, found.peaks, strict=True):
         # a peak of zero has the size that is stated, or of what it might be
-        size = max(abs(stated), peak.scale or _OF_A_SCALE * iterate.scales.functionals[peak])
+        size = max(abs(stated), peak.scale or LEAST_OF_A_SCALE * iterate.scales.functionals[peak])
         yield Finding(
             f"peak '{name}'",
             abs(dense - stated) / size,

@@ -25,7 +25,7 @@ from ocp.mesh.mesh import Mesh, PhaseMesh, cut_in_two
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import NlpSolver, Outcome, StartingPoint
-from ocp.optimality.iterate import Iterate
+from ocp.optimality.iterate import LEAST_OF_A_SCALE, Iterate
 from ocp.progress import Progress
 from ocp.scaling.automatic import scales_of, variation_of_objective
 from ocp.scaling.symbol_sizes import size_or_one
@@ -45,9 +45,6 @@ _LEFT = _SHARE**2 + (1.0 - _SHARE) ** 2
 # How far beside the answer the runs start, in scales of the unknowns: on both sides, as a motion
 # may be left downhill on one alone.
 _BESIDE = (1e-2, -1e-2)
-
-# Part of the objective's scale below which its value is next to nothing
-_OF_A_SCALE = 1e-3
 
 # [s] that it may take after a solve that took less
 _LEAST_SECONDS = 60.0
@@ -118,7 +115,7 @@ def confirm(
     end = clock.perf_counter() + seconds
     iterate, told = answer.iterate, progress or (lambda text: None)
     program = _program(iterate)
-    size = max(abs(iterate.objective), _OF_A_SCALE * program.scales.objective)
+    size = max(abs(iterate.objective), LEAST_OF_A_SCALE * program.scales.objective)
     gap = _ABOVE * answer.allowed.gain * size / program.scales.objective
     chosen = (solver or Ipopt()).within_gap(gap)
 

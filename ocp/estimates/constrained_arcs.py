@@ -6,10 +6,11 @@ objective changes with the time of a breakpoint by the difference of the Hamilto
 (Bryson and Ho, "Applied Optimal Control", ch. 3.7). Means that differ therefore tell what is lost
 to the mesh, where costates at single points say nothing of the controls.
 
-Where an arc begins or ends inside an interval, the limit may be met at all of its points, so that
-the control is what the limit asks for too early or too late. Then nothing is rough, and the
-costates have jumps that the limit explains. The Hamiltonian tells: it differs on both sides of the
-breakpoint from which the arc is held.
+At the ends of an arc there are two losses. That of the interval itself is taken from inside of the
+arc: it falls with the cube of the interval. And where an arc begins or ends inside an interval, the
+limit may be met at all of its points, so that the control is what the limit asks for too early or
+too late. Then nothing is rough, and the costates have jumps that the limit explains. The
+Hamiltonian tells: it differs on both sides of the breakpoint from which the arc is held.
 
 Where time enters the phase, the Hamiltonian changes with it, by ``H_t`` and by the multipliers of
 limits that move. That part is subtracted.
@@ -189,8 +190,9 @@ def gains_by_means(
     acting, changes : (N,)
         Intervals in which a path acts, and in which the active set changes.
     """
-    at_ends = junction_gains(np.diff(means), steps, stretches, acting & changes)
-    return np.maximum(shift_gains(means, steps, stretches, acting & ~changes), at_ends)
+    arcs = acting & ~changes
+    inside = with_ends(shift_gains(means, steps, stretches, arcs), steps, acting, arcs)
+    return np.maximum(inside, junction_gains(np.diff(means), steps, stretches, acting & changes))
 
 
 def junction_gains(jumps: Array, steps: Array, stretches: Integers, ends: Flags) -> Array:
@@ -212,6 +214,27 @@ def junction_gains(jumps: Array, steps: Array, stretches: Integers, ends: Flags)
     shorter = np.minimum(steps[1:], steps[:-1])
     half = np.where(beside, 0.125 * np.abs(jumps) * shorter, 0.0)
     return np.asarray(np.append(half, 0.0) + np.append(0.0, half))
+
+
+def with_ends(gains: Array, steps: Array, acting: Flags, arcs: Flags) -> Array:
+    """Gains inside of arcs continued to the ends of these arcs, (N,).
+
+    Parameters
+    ----------
+    gains, steps, arcs : (N,)
+        As of `shift_gains`.
+    acting : (N,)
+        Intervals in which a path acts.
+    """
+    continued = gains.copy()
+    for end in np.flatnonzero(acting & ~arcs):
+        for beside in (end - 1, end + 1, end - 2, end + 2):
+            if not 0 <= beside < arcs.size or not (arcs[beside] and gains[beside] > 0.0):
+                continue
+            if acting[min(end, beside) : max(end, beside)].all():
+                continued[end] = gains[beside] * (steps[end] / steps[beside]) ** 3
+                break
+    return continued
 
 
 def shift_gains(means: Array, steps: Array, stretches: Integers, arcs: Flags) -> Array:

@@ -15,6 +15,11 @@ from ocp.errors import StatementError
 # Of the phase: breakpoints closer than this are one.
 SAME_POINT = 1e-9
 
+# Of an interval: the middles of equal parts, where a motion is looked at off the ends. One that
+# begins at rest has a speed of zero there, whose sign is neither.
+_PARTS = 8
+MIDPOINTS = (np.arange(_PARTS) + 0.5) / _PARTS
+
 # Of an interval: its points are moved inwards by this part, so that one at a breakpoint belongs to
 # its own interval and not to a neighbour, where controls and costates may jump.
 _INSIDE = 1e-9

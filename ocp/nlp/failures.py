@@ -21,6 +21,7 @@ from ocp.errors import (
     SolveFailed,
     Unbounded,
 )
+from ocp.mesh.mesh import MIDPOINTS
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.solver import NlpResult
 from ocp.problem.display import with_unit
@@ -155,9 +156,6 @@ def collapsed(
 _VIOLATED = 1e-7
 # as many violated constraints as a sentence holds
 _MOST_NAMED = 3
-
-# Instants of an interval at which limits are looked at
-_SAMPLES = 4
 
 # Part of a size within which a limit is reached. A solver that restores feasibility is held to far
 # less.
@@ -351,8 +349,8 @@ def _limits_reached(
     """Limits at which the iterate lies for a part of a phase, the longest first."""
     evaluator, found = Evaluator(transcription.problem), list[tuple[float, str]]()
     for motion, constraints in zip(iterate.phases, transcription.constraints, strict=True):
-        k = np.repeat(np.arange(motion.intervals), _SAMPLES)
-        tau = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, motion.intervals)
+        k = np.repeat(np.arange(motion.intervals), MIDPOINTS.size)
+        tau = np.tile(MIDPOINTS, motion.intervals)
         weights = np.diff(motion.breakpoints)[k]
         limited = [
             (c.name, c.unit, c.expression, c.scale, c.limits(parameters, {}))

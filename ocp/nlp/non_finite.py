@@ -16,8 +16,7 @@ from ocp.problem.display import with_unit
 from ocp.problem.functionals import Functional, Integral, pieces_over
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Symbol, Time, resolve
-
-_LONGEST = 60  # letters of an expression in a message
+from ocp.problem.texts import SHORT
 
 _FOR_SIZES = (
     "; a square root has no derivative at zero: of controls in a cost, give the controls limits or "
@@ -131,7 +130,7 @@ def _culprit(expression: ca.SX, number: Callable[[ca.SX], float]) -> str:
         ]
         if not worse:
             text = str(expression)
-            return text if len(text) <= _LONGEST else ""
+            return text if len(text) <= SHORT else ""
         expression = worse[0]
 
 

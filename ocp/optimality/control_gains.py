@@ -50,7 +50,8 @@ from ocp.transcription.path_constraints import PathConstraint
 
 # Where the parts of an interval begin and end, as local times. The costates of stable fast states
 # have their layers at the end.
-PARTS = np.array([0.0, 1.0 - 1.0 / 8.0, 1.0 - 1.0 / 64.0, 1.0])
+_SHORTER = 8.0
+PARTS = np.array([0.0, 1.0 - 1.0 / _SHORTER, 1.0 - 1.0 / _SHORTER**2, 1.0])
 
 # The same parts, in what is left of the interval: from its end backwards
 _PARTS_BACKWARDS = tuple(pairwise((1.0 - PARTS[::-1]).tolist()))

@@ -22,9 +22,9 @@ from ocp.transcription.transcribe import ProgramLimits, Transcription, transcrib
 # Scaled slope below which an unknown has no influence on a row
 _NO_SLOPE = 1e-12
 
-# Part of the objective's scale below which its value is next to nothing, so that a difference is
-# not relative to it.
-_LEAST_OBJECTIVE = 1e-3
+# Part of the scale of the objective or a peak below which its value is next to nothing, so that a
+# difference is not relative to it.
+LEAST_OF_A_SCALE = 1e-3
 
 # Part of the objective's scale below which its value is zero, as far as a solver can tell
 _ZERO = 1e-7
@@ -79,7 +79,7 @@ class Iterate:
     @property
     def objective_size(self) -> float:
         """What changes of the objective are relative to: its modulus, which may vanish."""
-        return max(abs(self.objective), _LEAST_OBJECTIVE * self.scales.objective)
+        return max(abs(self.objective), LEAST_OF_A_SCALE * self.scales.objective)
 
     @property
     def costs_nothing(self) -> bool:

@@ -23,7 +23,7 @@ from ocp.arrays import Array
 from ocp.numerics.columnwise import columnwise, enclosed
 from ocp.numerics.kinks import stepwise_operations
 from ocp.problem.symbols import Constant, Signal, Symbol, Time, Unknown, is_number, resolve
-from ocp.problem.texts import text_of
+from ocp.problem.texts import SHORT, text_of
 
 # Points that are drawn, and pairs of them between which a change is enclosed
 _POINTS, _PAIRS = 33, 4
@@ -81,7 +81,7 @@ class Discontinuity:
         if self.phase and all(isinstance(symbol, (Time, Constant)) for symbol in self.depends):
             remedy += ", of which the later one may take no time"
         return (
-            f"{self.what}{where} jumps where '{text_of(self.cause, 60)}' changes, which no "
+            f"{self.what}{where} jumps where '{text_of(self.cause, SHORT)}' changes, which no "
             f"derivative shows, so that the answer need not be an optimum: {remedy}, or a smooth "
             "expression"
         )

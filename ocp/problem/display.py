@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ocp.problem.symbols import Between, Signal, Unknown, is_number
-from ocp.problem.texts import text_of, unit_of
+from ocp.problem.texts import SHORT, text_of, unit_of
 
 if TYPE_CHECKING:
     from ocp.problem.bounds import Bound
@@ -33,7 +33,7 @@ def problem_summary(problem: Problem) -> str:
         _counted(len({s for p in problem.phases for s in problem.controls[p.name]}), "control"),
     ]
     sense, objective = _objective(problem)
-    return f"Problem('{problem.name}': {sense} {text_of(objective, 60)}; {', '.join(parts)})"
+    return f"Problem('{problem.name}': {sense} {text_of(objective, SHORT)}; {', '.join(parts)})"
 
 
 def problem_text(problem: Problem) -> str:

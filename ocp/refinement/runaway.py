@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.mesh.mesh import MIDPOINTS
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.problem.symbols import Control, State
@@ -83,9 +84,6 @@ _AS_MUCH = 0.1
 # Least height, in sizes of the control on the first mesh: less is what a solver leaves of zero.
 _HIGH = 10.0
 
-# midpoints at which an interval's mean is taken
-_POINTS = (np.arange(8) + 0.5) / 8
-
 
 class Impulse(NamedTuple):
     """A control that has become an impulse.
@@ -131,7 +129,7 @@ def impulse(first: Iterate, last: Iterate) -> Impulse | None:
 
 def _means(motion: PhaseTrajectory, control: Control) -> Array:
     """Means of a control over the intervals of a phase [unit of the control], (N,)."""
-    intervals = np.repeat(np.arange(motion.intervals), _POINTS.size)
-    tau = np.tile(_POINTS, motion.intervals)
+    intervals = np.repeat(np.arange(motion.intervals), MIDPOINTS.size)
+    tau = np.tile(MIDPOINTS, motion.intervals)
     values = motion.polynomial(control.name).value(intervals, tau)[:, 0]
     return np.asarray(values.reshape(motion.intervals, -1).mean(axis=1))

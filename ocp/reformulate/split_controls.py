@@ -20,8 +20,9 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import TINY, Array
 from ocp.errors import SolveFailed
+from ocp.mesh.mesh import MIDPOINTS
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.numerics.expression_graph import ExpressionGraph, graph_of
 from ocp.numerics.polynomial_expressions import is_linear
@@ -49,9 +50,6 @@ _BOTH = 1e-4
 
 # Of the largest value of a control, within which it is zero: what a solver leaves of it
 _ZERO = 1e-6
-
-# Of an interval, at which both parts are looked at
-_POINTS = (np.arange(8) + 0.5) / 8
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -212,13 +210,13 @@ def _both_at_once(problem: Problem, motion: PhaseTrajectory) -> Iterator[tuple[S
     An interval in which the control changes its sign says nothing: there a polynomial is above the
     modulus.
     """
-    k = np.repeat(np.arange(motion.intervals), _POINTS.size)
-    tau = np.tile(_POINTS, motion.intervals)
+    k = np.repeat(np.arange(motion.intervals), MIDPOINTS.size)
+    tau = np.tile(MIDPOINTS, motion.intervals)
     for made in sums_of_parts(problem.phase(motion.name)):
         total, control = (
             motion.polynomial(name).value(k, tau)[:, 0].reshape(motion.intervals, -1)
             for name in (made.name, made.of)
         )
-        size = max(float(np.abs(control).max()), float(total.max()), np.finfo(float).tiny)
+        size = max(float(np.abs(control).max()), float(total.max()), TINY)
         of_one_sign = np.minimum(control.max(axis=1), -control.min(axis=1)) <= _ZERO * size
         yield made, of_one_sign * (total - np.abs(control)).mean(axis=1) / size

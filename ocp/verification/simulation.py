@@ -21,7 +21,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import TINY, Array
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.columnwise import called, columnwise
 from ocp.numerics.integrators import accumulated, backward_differences, driven_step
@@ -410,7 +410,7 @@ def exponential(matrices: Array) -> Array:
     longer than loading all of `ocp`, and every verified solve would have to.
     """
     norm = float(np.abs(matrices).sum(axis=-1).max(initial=0.0))
-    halvings = max(0, math.ceil(math.log2(max(norm, 1e-300))) + 1)
+    halvings = max(0, math.ceil(math.log2(max(norm, TINY))) + 1)
     small, unit = np.ldexp(matrices, -halvings), np.eye(matrices.shape[-1])
 
     powers = np.broadcast_to(unit, matrices.shape)

@@ -22,6 +22,7 @@ from ocp.estimates.constrained_arcs import (
     collocation_points,
     shift_gains,
     stretches_of,
+    with_ends,
 )
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, PhaseMesh
@@ -107,6 +108,14 @@ def test_gains_by_the_difference_of_means_and_the_shorter_interval():
     # not across a known instant, and not beside an interval that does not count
     found = shift_gains(means, steps, np.array([0, 1, 1, 1]), np.array([True, True, False, True]))
     np.testing.assert_array_equal(found, np.zeros(4))
+
+
+def test_gains_at_the_ends_of_an_arc_are_those_inside_by_the_cube_of_the_width():
+    inside, steps = np.array([0.0, 0.0, 2.0, 1.0, 0.0, 0.0]), np.array([1.0, 2.0, 1.0, 1.0, 3.0, 1])
+    arcs = np.array([False, False, True, True, False, False])
+    acting = np.array([False, True, True, True, True, False])
+    found = with_ends(inside, steps, acting, arcs)
+    np.testing.assert_allclose(found, [0.0, 2.0 * 8, 2.0, 1.0, 1.0 * 27, 0.0])
 
 
 def test_nothing_is_told_where_nothing_acts():

@@ -14,6 +14,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+from ocp.arrays import TINY
+
 Way = Literal["up", "down", "between"]
 
 SHORTEST = 1 / 64  # of a stride: what fails from as near as this is left to a start afresh
@@ -88,8 +90,8 @@ class Ranges:
         if self.logarithmic:
             along = math.log(max(x, 1e-9 * left) / left) / math.log(right / left)
         else:
-            along = (x - left) / max(right - left, 1e-300)
-        return along, (y - low) / max(high - low, 1e-300)
+            along = (x - left) / max(right - left, TINY)
+        return along, (y - low) / max(high - low, TINY)
 
     def moved(self, x: float, along: float) -> float:
         """The value of x a part of the range away."""
@@ -102,7 +104,7 @@ class Ranges:
         """A slope in parts of both ranges."""
         (left, right), (low, high) = self.x, self.y
         width = x * math.log(right / left) if self.logarithmic else right - left
-        return slope * width / max(high - low, 1e-300)
+        return slope * width / max(high - low, TINY)
 
 
 def distance(a: FrontPoint, b: FrontPoint, ranges: Ranges) -> float:
