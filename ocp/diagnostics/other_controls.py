@@ -24,7 +24,7 @@ from ocp.diagnostics.control_trials import EVALUATIONS, ControlTrials, Dependenc
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
-from ocp.numerics.polynomial_expressions import is_linear, is_quadratic
+from ocp.numerics.polynomial_expressions import curves_upwards, is_linear, is_quadratic
 from ocp.optimality.active_set import ACTING, acting_on_states, strongest_multipliers
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
@@ -36,7 +36,7 @@ from ocp.problem.display import with_unit
 _POINTS = 4
 _MOST_EVALUATIONS = 200_000
 
-# Part of the largest curvature, and of a control, that is rounding
+# Part of a control that is rounding
 _ROUNDING = 1e-9
 
 # Part of the Hamiltonian's terms that a difference has to exceed: minima that are as deep as each
@@ -211,7 +211,7 @@ def _is_convex(
     """
     if not is_linear(of.value, of.tried):
         has_others = len(of.signals) > curvature.shape[1]
-        if has_others or not is_quadratic(of.value, of.tried) or not _curves_upwards(curvature):
+        if has_others or not is_quadratic(of.value, of.tried) or not curves_upwards(curvature):
             return False
 
     peaks = iterate.trajectory.peaks_of(iterate.problem)
@@ -231,12 +231,6 @@ def _is_convex(
             evaluator.numbers(iterate.trajectory),
         )
         sign = 1.0 if np.isfinite(upper) else -1.0
-        if not _curves_upwards(sign * curvatures.reshape(-1, count, count)):
+        if not curves_upwards(sign * curvatures.reshape(-1, count, count)):
             return False
     return True
-
-
-def _curves_upwards(curvature: Array) -> bool:
-    """Whether symmetric matrices (m, n, n) have no negative eigenvalue beyond rounding."""
-    sizes = np.abs(curvature).max(axis=(1, 2))
-    return bool((np.linalg.eigvalsh(curvature)[:, 0] >= -_ROUNDING * sizes).all())

@@ -11,9 +11,22 @@ import math
 from collections.abc import Sequence
 
 import casadi as ca
+import numpy as np
 
+from ocp.arrays import Array
 from ocp.numerics.expression_graph import graph_of
 from ocp.numerics.kinks import stepwise_operations
+
+# Part of the largest curvature that is rounding
+_ROUNDING = 1e-9
+
+
+def curves_upwards(curvature: Array) -> bool:
+    """Whether symmetric matrices (m, n, n) are finite and have no negative eigenvalue."""
+    if not np.isfinite(curvature).all():
+        return False
+    sizes = np.abs(curvature).max(axis=(1, 2))
+    return bool((np.linalg.eigvalsh(curvature)[:, 0] >= -_ROUNDING * sizes).all())
 
 
 def is_linear(expression: ca.SX, variables: ca.SX) -> bool:
