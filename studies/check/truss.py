@@ -33,7 +33,7 @@ from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
 from studies.common.result import Criterion, Result, Series, at_most, outcome
 from studies.truss.bars import bars_of
-from studies.truss.checks import broken_caps, cap_of, table_rows
+from studies.truss.checks import broken_caps, cap_of, restart_in_words, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.tolerances import (
@@ -137,6 +137,7 @@ def check_truss(
         remarks=[
             *margins.sentences,
             *bars.sentences,
+            *restart_in_words(deployment),
             *_about(found),
             remark,
             *comparison(table, ranges),

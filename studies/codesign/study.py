@@ -24,7 +24,13 @@ from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.common.stops import kept
 from studies.truss.bars import bars_of
-from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
+from studies.truss.checks import (
+    criteria,
+    engine_criterion,
+    restart_in_words,
+    table_rows,
+    tolerated,
+)
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.bounds import lower_bounds
@@ -183,7 +189,12 @@ def _result(made: Codesign) -> Result:
             *made.found.second,
         ),
         costs_elsewhere=costs_elsewhere(table),
-        remarks=(*_remarks(made), *tolerated(better, best), *bars.sentences),
+        remarks=(
+            *_remarks(made),
+            *tolerated(better, best),
+            *bars.sentences,
+            *restart_in_words(best),
+        ),
         details={
             "study": truss_dictionary(better),
             "design": dict(made.found.design),

@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from models.truss import rope_length, static_peak
 from ocp import Solution
 from studies.common.comparison_table import TableRow
 from studies.common.result import Criterion, at_most
+from studies.drive.motor import motor_torque
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import cap_on
 from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION
@@ -209,6 +211,22 @@ def tolerated(study: TrussStudy, deployment: Deployment) -> list[str]:
         if key in values and key not in broken and (cap := cap_of(study, key)) is not None
     ]
     return [sentence for sentence in sentences if sentence]
+
+
+def restart_in_words(deployment: Deployment) -> tuple[str, ...]:
+    """What a motor with a rotor needs without momentum, beside what it needs with it."""
+    peak, drive = deployment.values.get("peak-motor-force"), deployment.drive
+    if peak is None or drive is None:
+        return ()
+    truss = deployment.truss
+    ridge = static_peak(truss)
+    hauled = float(rope_length(truss, truss.stowed_angle) - rope_length(truss, ridge.angle))
+    torque = float(motor_torque(drive, ridge.force, hauled))
+    return (
+        f"The motor's force is at most {peak:.4g} N, its rotor included. To restart from "
+        f"standstill at {math.degrees(ridge.angle):.2f} deg it needs {ridge.force:.4g} N, "
+        f"{torque:.4g} N m at its shaft: no momentum helps there.",
+    )
 
 
 def engine_criterion(solution: Solution) -> Criterion:

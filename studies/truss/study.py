@@ -8,20 +8,18 @@ found.
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any
 
-from models.truss import rope_length, static_peak
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.result import Result, Series
 from studies.common.stops import kept
-from studies.drive.motor import motor_torque
 from studies.truss.bars import bars_of
 from studies.truss.checks import (
     criteria,
     engine_criterion,
+    restart_in_words,
     table_rows,
     tolerated,
 )
@@ -114,7 +112,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
             *margins.sentences,
             *best.remarks,
             *bars.sentences,
-            *_restart(best.deployment),
+            *restart_in_words(best.deployment),
             *tolerated(study, best.deployment),
             *remarks,
             *_at_the_shortest(study, duration),
@@ -122,22 +120,6 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
         ),
         details={**_details(best), **margins.details},
         provenance=provenance(),
-    )
-
-
-def _restart(deployment: Deployment) -> tuple[str, ...]:
-    """What a motor with a rotor needs without momentum, beside what it needs with it."""
-    peak, drive = deployment.values.get("peak-motor-force"), deployment.drive
-    if peak is None or drive is None:
-        return ()
-    truss = deployment.truss
-    ridge = static_peak(truss)
-    hauled = float(rope_length(truss, truss.stowed_angle) - rope_length(truss, ridge.angle))
-    torque = float(motor_torque(drive, ridge.force, hauled))
-    return (
-        f"The motor's force is at most {peak:.4g} N, its rotor included. To restart from rest "
-        f"at {math.degrees(ridge.angle):.2f} deg it needs {ridge.force:.4g} N, {torque:.4g} N m at "
-        "its shaft: no momentum helps there.",
     )
 
 
