@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 
 from ocp.accuracy import Accuracy
@@ -152,7 +153,9 @@ def ending_of(
         return "budget"
     if _has_cost_enough(meshes, history, step, accuracy):
         return "cost"
-    if step.again or not stands_still(solved, accuracy, closes_leaks=step.closes_leaks):
+    # nor does it end where no mesh was fine enough to tell what the objective is off by
+    unknown = math.isinf(objective_error(solved, solved[-1]))
+    if step.again or unknown or not stands_still(solved, accuracy, closes_leaks=step.closes_leaks):
         return None
     return "standstill"
 

@@ -116,9 +116,9 @@ Start = Iterate | Trajectory | None
 
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
 # the next mesh. The mesh that meets all tolerances is solved to this part of the least of them, if
-# the solver's own tolerance is less.
+# the solver's own tolerance is less: where the objective is flat, controls are off by its root.
 LOOSE = 1e-7
-_DIGITS = 1e-3
+_DIGITS = 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)

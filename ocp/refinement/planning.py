@@ -36,6 +36,10 @@ _SIZINGS = 4
 # or of the tolerance on the objective. A motion further from it is not the one to be refined.
 _NEAR = 0.1
 
+# Nor may one that is not replaced end further above it than by this part of the objective: controls
+# are off by its root, and limits leak by that.
+_NEARER = 1e-6
+
 log = logging.getLogger(__name__)
 
 
@@ -244,7 +248,7 @@ def _after_failure(
 def gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, rough: bool) -> float:
     """How far above the least objective of its mesh the next round may end, relative."""
     if not rough:
-        return _NEAR * accuracy.objective
+        return min(_NEAR * accuracy.objective, _NEARER)
     if not solved:
         return math.inf
     return _NEAR * max(accuracy.objective, solved[-1].errors.gain)

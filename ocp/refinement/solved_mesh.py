@@ -134,6 +134,9 @@ _TWICE = 2
 # times the other.
 _FINER, _SAFETY = 1.2, 3.0
 
+# Part of an objective that the solver may leave open
+_SOLVED_TO = 1e-6
+
 Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget", "cost", "interrupted"]
 """Why a refinement ends."""
 
@@ -274,16 +277,23 @@ def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:
 
     It is what finer controls promise, or the change from the mesh before if that is more. A promise
     that finer meshes have refuted is no more than noise: there it is three times the changes over
-    these meshes.
+    these meshes. Where multipliers promise nothing, it is told by the last mesh that has half the
+    intervals, or twice as many: errors that fall at least like the width are no more than the
+    change between the two, or twice as much. Infinite if there is none.
     """
-    size, latest = best.iterate.objective_size, solved[-1 - _TWICE :]
-    changes = [abs(s.iterate.objective - best.iterate.objective) / size for s in latest]
+
+    def change(other: SolvedMesh) -> float:
+        return abs(other.iterate.objective - best.iterate.objective) / best.iterate.objective_size
+
+    if not best.iterate.scheme.informative_multipliers:
+        count = best.iterate.mesh.intervals
+        coarse = [change(s) for s in solved if 2 * s.iterate.mesh.intervals <= count]
+        fine = [2.0 * change(s) for s in solved if s.iterate.mesh.intervals >= 2 * count]
+        return max(_SOLVED_TO, *coarse[-1:], *fine[-1:]) if coarse or fine else math.inf
+    latest = solved[-1 - _TWICE :]
+    changes = [change(s) for s in latest]
     if len(latest) > _TWICE and _are_finer(latest):
         return min(_SAFETY * max(changes), max(best.errors.gain, *changes))
-    informative = best.iterate.scheme.informative_multipliers
-    # one mesh whose multipliers say nothing of a finer one
-    if len(latest) == 1 and not informative:
-        return math.inf
     return max(best.errors.gain, *changes[-_TWICE:])
 
 

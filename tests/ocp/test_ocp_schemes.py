@@ -153,3 +153,20 @@ def test_a_scheme_of_ones_own_solves():
     problem = Problem("effort", [phase], minimise=phase.integral(u**2))
     # least effort from rest to rest: 12 D^2 / T^3
     assert solve(problem, settings=Settings(scheme=Chebyshev(4))).objective == pytest.approx(12)
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
+@pytest.mark.parametrize("scheme", [Trapezoid(), HermiteSimpson(), Lobatto()], ids=repr)
+def test_a_scheme_without_estimates_states_no_more_than_two_meshes_tell(scheme, accuracy):
+    """Its multipliers promise nothing, so that a mesh of half the intervals has to tell."""
+    way, speed = State("way", "m"), State("speed", "m/s")
+    pull = Control("pull", "m/s^2", lower=-2, upper=1)
+    drive = Phase(
+        "drive", {way: speed, speed: pull}, initial={way: 0, speed: 0}, final={speed: 0}, end=6
+    )
+    problem = Problem("longest way", drive, maximise=drive.at_end(way))
+
+    found = solve(problem, settings=Settings(scheme=scheme, accuracy=accuracy, intervals=7))
+
+    # up to a speed of 4 m/s in 4 s, and to rest in 2 s
+    assert abs(found.objective - 12) / 12 <= found.accuracy <= accuracy

@@ -263,10 +263,11 @@ def next_phase(
     same = base.intervals == solved.intervals
     breakpoints = base.breakpoints if same else solved.breakpoints
     whole = last.iterate.mesh
+    jumping = [c.has_control for c in last.iterate.transcription.constraints[index]]
     return NextPhase(
         mesh=refined,
         extra=_extra_points(
-            whole.extra[index], errors, demands.accuracy.path, breakpoints, refined
+            whole.extra[index], errors, jumping, demands.accuracy.path, breakpoints, refined
         ),
         back_off=_back_off(whole.back_off[index], back_off, breakpoints, refined),
         changes=changes,
@@ -349,6 +350,7 @@ def _back_off(
 def _extra_points(
     old: Sequence[ExtraPoints],
     errors: PhaseErrors,
+    jumping: Sequence[bool],
     tolerance: float,
     breakpoints: Array,
     refined: PhaseMesh,
@@ -359,6 +361,8 @@ def _extra_points(
     ----------
     old : sequence of ExtraPoints
         On the solved mesh.
+    jumping : sequence of bool
+        Whether each constraint may jump at breakpoints, as its controls do.
     tolerance : float
         Excess from which on a leak is closed.
     breakpoints : (N + 1,)
@@ -376,6 +380,11 @@ def _extra_points(
             tau = np.clip(excess.tau[leaks][:, None] + _AROUND, 0.0, 1.0)
             places = (breakpoints[leaks][:, None] + tau * width[leaks][:, None]).ravel()
             fractions.setdefault(constraint, []).extend(places)
+        # the parts of an interval that is cut have no points of their own where they begin
+        cut = leaks[errors.coarse[leaks]]
+        if jumping[constraint] and cut.size:
+            holders = np.searchsorted(breakpoints, refined.breakpoints, side="right") - 1
+            fractions[constraint].extend(refined.breakpoints[np.isin(holders, cut)])
 
     return tuple(
         _points_at(constraint, distinct(np.array(places)), refined)
