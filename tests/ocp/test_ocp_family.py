@@ -11,7 +11,6 @@ import pytest
 from ocp import (
     TIME,
     AdaptiveMesh,
-    Between,
     Constant,
     Control,
     Family,
@@ -28,7 +27,7 @@ from ocp import (
     solve,
 )
 from ocp.refinement.policies.moving_mesh import KeptWhileGood
-from tests.ocp.drive_and_brake import STRONGEST, least_time, race
+from tests.ocp.problems import STRONGEST, least_time, race
 
 FEW = Settings(intervals=8)
 
@@ -98,11 +97,7 @@ def test_values_are_checked_like_those_of_a_solve() -> None:
 
 def test_other_constants_keep_their_values() -> None:
     way = Constant("way", "m", 1.0)
-    x, v = State("x", "m"), State("v", "m/s")
-    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, piecewise="constant")
-    phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: way, v: 0}, end=Between(0.1, 20, 2))
-    problem = Problem("race", phase, minimise=phase.end_time)
-    found = family(problem, STRONGEST, [1.0, 1.2], settings=FEW, constants={way: 4.0})
+    found = family(race(way), STRONGEST, [1.0, 1.2], settings=FEW, constants={way: 4.0})
     assert found.objectives == pytest.approx([2 * least_time(v) for v in (1.0, 1.2)], rel=1e-5)
     assert found.solution(1).objective == pytest.approx(2 * least_time(1.2), rel=1e-5)
 

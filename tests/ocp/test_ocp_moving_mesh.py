@@ -23,7 +23,7 @@ from ocp import (
     solve,
 )
 from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
-from tests.ocp.drive_and_brake import STRONGEST, least_time, race
+from tests.ocp.problems import STRONGEST, least_time, race
 
 ACCURACY = Accuracy(objective=1e-5, path=1e-5)
 STILL = Settings(intervals=40, accuracy=ACCURACY, refinement=AdaptiveMesh(move_breakpoints=False))
