@@ -58,14 +58,14 @@ def bryson_denham(roof=1 / 9):
 
 def dash(lower=-2.0, **options):
     """Least time over 300 m: 30 s with the switch at 20 s, and H = -1."""
-    x, v, u, rates = double_integrator(lower=lower, upper=1, **options)
+    x, v, _, rates = double_integrator(lower=lower, upper=1, **options)
     phase = Phase("dash", rates, {x: 0, v: 0}, {x: 300, v: 0}, end=Between(1, 100))
     return Problem("least time", phase, minimise=phase.end_time)
 
 
 def race(way=1.0):
     """Least time from rest to rest, with another cap on the drive than on the brake."""
-    x, v, u, rates = double_integrator(lower=-1.0, upper=STRONGEST, piecewise="constant")
+    x, v, _, rates = double_integrator(lower=-1.0, upper=STRONGEST, piecewise="constant")
     phase = Phase("race", rates, {x: 0, v: 0}, {x: way, v: 0}, end=Between(0.1, 20, guess=2))
     return Problem("race", phase, minimise=phase.end_time)
 
