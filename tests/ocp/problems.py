@@ -92,11 +92,11 @@ def certified(problem, optimum, within=1e-6, **options):
 
 
 def check_of(solution, start):
-    """What a certificate says in the check whose name starts so."""
+    """What a certificate of a solution says in the one check whose name starts so."""
     (check,) = [check for check in certify(solution).checks if check.name.startswith(start)]
     return check
 
 
-def not_passed(solution):
-    """The names of the checks that a solution does not pass."""
-    return {check.name for check in certify(solution).checks if not check.passed}
+def failed(solution):
+    """The names of the checks that a solution fails; one that is open is neither."""
+    return {check.name for check in certify(solution).checks if check.failed}
