@@ -1,6 +1,9 @@
 """Problems of textbooks that many tests ask, and what is read of their answers."""
 
+import dataclasses
 import math
+
+import numpy as np
 
 from ocp import (
     Between,
@@ -100,3 +103,19 @@ def check_of(solution, start):
 def failed(solution):
     """The names of the checks that a solution fails; one that is open is neither."""
     return {check.name for check in certify(solution).checks if check.failed}
+
+
+def with_costates(solution, factors):
+    """The solution with costates that are multiplied by a factor, one or (N,) of the intervals."""
+    kept = solution.multipliers
+    (own,) = kept.costates
+    factors = np.broadcast_to(factors, own.polynomial.intervals)
+    pieces = tuple(
+        dataclasses.replace(
+            piece, coefficients=piece.coefficients * factors[piece.intervals, None, None]
+        )
+        for piece in own.polynomial.pieces
+    )
+    polynomial = dataclasses.replace(own.polynomial, pieces=pieces)
+    spoilt = dataclasses.replace(own, polynomial=polynomial)
+    return dataclasses.replace(solution, multipliers=dataclasses.replace(kept, costates=(spoilt,)))
