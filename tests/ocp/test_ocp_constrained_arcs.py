@@ -5,17 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ocp import (
-    Accuracy,
-    Control,
-    FixedMesh,
-    Phase,
-    Problem,
-    Settings,
-    State,
-    certify,
-    solve,
-)
+from ocp import Accuracy, Control, Ipopt, Phase, Problem, Settings, State, solve
 from ocp.estimates.constrained_arcs import (
     active_set_changes,
     arc_gains,
@@ -24,19 +14,13 @@ from ocp.estimates.constrained_arcs import (
     stretches_of,
     with_ends,
 )
-from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.mesh.trajectory import Evaluator
-from ocp.nlp.ipopt import Ipopt
-from ocp.nlp.solver import StartingPoint
 from ocp.optimality.active_set import acting_on_states
 from ocp.optimality.hamiltonian import hamiltonian_of
-from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import phase_costates
-from ocp.problem.parameters import parameters_of
-from ocp.scaling.automatic import scales_of
-from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.transcribe import transcribe
+from tests.ocp.iterates import iterate_on
+from tests.ocp.problems import certified, check_of, failed, solved_on, with_costates
 
 # of the ride below, with all intervals of the found mesh a quarter as wide: 4.0380750 by halves
 LEAST_FORCE = 4.0380749
@@ -53,18 +37,10 @@ def ride():
     return Problem("ride", [phase], minimise=top)
 
 
-def solved_on(problem, breakpoints):
+def ride_on(breakpoints):
     """The iterate of one run of the solver on a mesh of given breakpoints."""
-    parameters = parameters_of(problem)
-    guess = initial_guess(problem, parameters)
     mesh = Mesh((PhaseMesh(np.array(breakpoints), np.array(4)),))
-    scheme = Settings().scheme
-    made = transcribe(problem, mesh, scheme, "automatic", scales_of(problem, guess, parameters))
-    limits = made.limits(parameters)
-    start = StartingPoint(decision_vector(made, guess, limits, parameters.vector))
-    result = Ipopt(tolerance=1e-13).solve(made.program, start, limits, parameters.vector)
-    assert result.outcome == "solved"
-    return iterate_of(made, result, trajectory_of(made, result.x, parameters))
+    return iterate_on(mesh, ride(), solver=Ipopt(tolerance=1e-13))
 
 
 def hamiltonian_means(iterate):
@@ -77,28 +53,19 @@ def hamiltonian_means(iterate):
     return points.means(values.value)
 
 
-def named(certificate, start):
-    (found,) = [c for c in certificate.checks if c.name.startswith(start)]
-    return found
-
-
 def test_interval_means_are_the_slope_of_the_optimum_by_a_breakpoint():
     # moving a breakpoint makes one interval wider and the next one narrower
     points, step = np.array([0.0, 0.15, 0.4, 0.55, 0.8, 1.0]), 1e-5
-    means = hamiltonian_means(solved_on(ride(), points))
+    means = hamiltonian_means(ride_on(points))
     for k in (2, 3):
         lower, upper = (
-            solved_on(ride(), np.where(np.arange(6) == k, points + by, points)).objective
+            ride_on(np.where(np.arange(6) == k, points + by, points)).objective
             for by in (-step, step)
         )
         slope = (upper - lower) / (2.0 * step)
         assert abs(slope) > 1e-3
         # central differences of a smooth optimum, which is known to 1e-13 of 4
         assert slope == pytest.approx(means[k - 1] - means[k], rel=1e-4, abs=1e-6)
-
-
-def failed(solution):
-    return {c.name for c in certify(solution).checks if not c.passed}
 
 
 def test_gains_by_the_difference_of_means_and_the_shorter_interval():
@@ -119,7 +86,7 @@ def test_gains_at_the_ends_of_an_arc_are_those_inside_by_the_cube_of_the_width()
 
 
 def test_nothing_is_told_where_nothing_acts():
-    iterate = solved_on(ride(), np.linspace(0.0, 1.0, 6))
+    iterate = ride_on(np.linspace(0.0, 1.0, 6))
     nothing = arc_gains(iterate, Evaluator(iterate.problem), 0, np.zeros(5, dtype=bool))
     np.testing.assert_array_equal(nothing, np.zeros(5))
     np.testing.assert_array_equal(stretches_of(iterate, iterate.trajectory.phases[0]), np.zeros(5))
@@ -127,11 +94,7 @@ def test_nothing_is_told_where_nothing_acts():
 
 def test_a_peak_that_is_ridden_is_as_low_as_asked_for():
     # pointwise gains say nothing on the peak: without the widths 1.9e-6 more than the least force
-    found = solve(ride())
-    assert found.objective == pytest.approx(LEAST_FORCE, rel=1e-6)
-    certificate = certify(found)
-    assert certificate.passed, str(certificate)
-    assert named(certificate, "where path constraints act in 'ride': Hamiltonian").value < 2e-6
+    assert check_of(certified(ride(), LEAST_FORCE), ARCS).value < 2e-6
 
 
 def test_what_breakpoints_promise_is_what_is_lost():
@@ -163,21 +126,11 @@ def test_costates_that_are_off_along_a_ridden_peak_fail():
     changed = active_set_changes(found.kept_iterate, 0)
     riding = np.flatnonzero(acting_on_states(found.kept_iterate)[0] & ~changed)
     interval = riding[riding.size // 2]
-
-    (own,) = found.multipliers.costates
-    pieces = []
-    for piece in own.polynomial.pieces:
-        off = np.where(piece.intervals == interval, 1.0 + 1e-3, 1.0)[:, None, None]
-        pieces.append(dataclasses.replace(piece, coefficients=piece.coefficients * off))
-    polynomial = dataclasses.replace(own.polynomial, pieces=tuple(pieces))
-    spoilt = dataclasses.replace(
-        found.multipliers, costates=(dataclasses.replace(own, polynomial=polynomial),)
-    )
-    assert ARCS in failed(dataclasses.replace(found, multipliers=spoilt))
+    off = np.where(np.arange(changed.size) == interval, 1.0 + 1e-3, 1.0)
+    assert ARCS in failed(with_costates(found, off))
 
 
 def test_a_peak_that_leaks_between_the_points_fails():
-    found = solve(ride(), settings=Settings(intervals=40, refinement=FixedMesh()))
-    leak = named(certify(found), "path constraints")
+    leak = check_of(solved_on(40, ride()), "path constraints")
     assert leak.value > 1e-4
     assert not leak.passed

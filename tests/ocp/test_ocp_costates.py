@@ -1,5 +1,7 @@
 """Costates against closed forms; in the sign of the engine, H = L + lambda . f."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from ocp import (
     FixedMesh,
     Gauss,
     Ipopt,
+    Lobatto,
     Mesh,
     Phase,
     Problem,
@@ -17,37 +20,19 @@ from ocp import (
     State,
     solve,
 )
-from ocp.diagnostics.minimum_principle import active_set_changes
-from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import PhaseMesh, uniform
-from ocp.nlp.solver import StartingPoint
-from ocp.optimality.iterate import iterate_of
-from ocp.optimality.multipliers import costates, put_costates
-from ocp.problem.parameters import parameters_of
-from ocp.scaling.automatic import scales_of
-from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.transcribe import transcribe
+from ocp.optimality.active_set import acting_on_states
+from ocp.optimality.control_gains import costate_errors
+from ocp.optimality.multipliers import costates, phase_costates, put_costates
+from tests.ocp.iterates import iterate_on
+from tests.ocp.problems import bryson_denham, certified, least_effort, rest_to_rest, solved_on
 
 SCHEMES = [Radau(4), Gauss(4)]
 
 
-def solved_once(problem, scheme, intervals):
-    """The iterate of one run of the solver on a uniform mesh."""
-    parameters = parameters_of(problem)
-    guess = initial_guess(problem, parameters)
-    scales = scales_of(problem, guess, parameters)
-    mesh = Mesh((uniform(intervals, scheme.degree),))
-    made = transcribe(problem, mesh, scheme, "automatic", scales)
-    limits = made.limits(parameters)
-    start = StartingPoint(decision_vector(made, guess, limits, parameters.vector))
-    result = Ipopt().solve(made.program, start, limits, parameters.vector)
-    assert result.outcome == "solved"
-    return iterate_of(made, result, trajectory_of(made, result.x, parameters))
-
-
 def adjoints(problem, scheme, intervals):
     """Costates (m, n), states (m, n) and the times (m,) of the collocation points of a solve."""
-    iterate = solved_once(problem, scheme, intervals)
+    iterate = iterate_on(Mesh((uniform(intervals, scheme.degree),)), problem, scheme)
     phase = iterate.trajectory.phases[0]
     points = scheme.at(scheme.degree).points
     k, tau = np.repeat(np.arange(intervals), points.size), np.tile(points, intervals)
@@ -58,9 +43,7 @@ def adjoints(problem, scheme, intervals):
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_least_effort(scheme):
     # min int u^2: u = 6 - 12 t, lambda_v = -2 u, lambda_x' = 0, lambda_v' = -lambda_x
-    x, v, u = State("x"), State("v"), Control("u")
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
-    found, _, t = adjoints(Problem("p", [phase], minimise=phase.integral(u**2)), scheme, 5)
+    found, _, t = adjoints(least_effort(), scheme, 5)
     # quadratic program in the space of trial functions: the solver's dual tolerance of 1e-6 of
     # scaled multipliers
     np.testing.assert_allclose(found[:, 0], -24.0, rtol=1e-5)
@@ -90,12 +73,14 @@ def test_maximised_objectives_are_adjoined_as_their_negative(scheme):
     np.testing.assert_allclose(found[:, 0], -3.0, rtol=1e-6)  # the solver's dual tolerance
 
 
+def squared_effort():
+    _, _, u, phase = rest_to_rest()
+    return Problem("squared", [phase], minimise=phase.integral(u**2) ** 2)
+
+
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_running_total_has_the_weight_of_its_integral_as_costate(scheme):
-    x, v, u = State("x"), State("v"), Control("u")
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
-    problem = Problem("squared", [phase], minimise=phase.integral(u**2) ** 2)
-    found, _, t = adjoints(problem, scheme, 5)
+    found, _, t = adjoints(squared_effort(), scheme, 5)
     # d(I^2) = 2 I dI with I = 12
     np.testing.assert_allclose(found[:, 2], 24.0, rtol=1e-5)
     np.testing.assert_allclose(found[:, 0], -24.0 * 24, rtol=1e-5)
@@ -104,11 +89,7 @@ def test_a_running_total_has_the_weight_of_its_integral_as_costate(scheme):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_multipliers_and_costates_are_each_the_inverse_of_the_other(scheme):
-    x, v, u = State("x"), State("v"), Control("u")
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
-    iterate = solved_once(
-        Problem("squared", [phase], minimise=phase.integral(u**2) ** 2), scheme, 5
-    )
+    iterate = iterate_on(Mesh((uniform(5, scheme.degree),)), squared_effort(), scheme)
     (found,), made = costates(iterate), iterate.transcription
     rows, points = np.zeros(made.program.rows), scheme.at(scheme.degree).points
     k, tau = np.repeat(np.arange(5), points.size), np.tile(points, 5)
@@ -132,13 +113,9 @@ def test_costates_are_the_slope_of_the_optimum():
     assert (optimum(step) - optimum(-step)) / (2 * step) == pytest.approx(-12.0, rel=1e-6)
 
 
-def bryson_denham(settings, mesh=None):
-    """l = 1/9: lambda_x is 18, 0 and -18, lambda_v = -u with u = -6 (1 - 3 t) up to t = 1/3."""
-    x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
-    problem = Problem("hop", [phase], minimise=phase.integral(u**2 / 2))
-    found = solve(problem, settings=settings, mesh=mesh)
-    own = found.trajectory.phases[0]
+def bryson_denham_errors(settings, mesh=None):
+    """lambda_x is 18, 0 and -18, lambda_v = -u with u = -6 (1 - 3 t) up to t = 1/3."""
+    found = solve(bryson_denham(), settings=settings, mesh=mesh)
     t = np.linspace(0, 1, 1001)
     rest = np.minimum(3 * np.minimum(t, 1 - t), 1.0)
     exact = 18.0 * ((t < 1 / 3) * 1.0 - (t > 2 / 3) * 1.0), 6.0 * (1 - rest)
@@ -146,8 +123,7 @@ def bryson_denham(settings, mesh=None):
         np.abs(found.costate(name, t) - value) / np.abs(value).max()
         for name, value in zip("xv", exact, strict=True)
     ]
-    k, _ = own.locate(t)
-    return found, np.array(errors), active_set_changes(found.kept_iterate, 0)[k]
+    return found, np.array(errors)
 
 
 def jumps(found):
@@ -158,8 +134,9 @@ def jumps(found):
 def test_bryson_denham_with_breakpoints_where_the_roof_is_met():
     # 30 intervals have them at 1/3 and 2/3, so that no interval holds a jump; the barrier's
     # parameter shows along the arc, where rows are touched without a mass: 1e-12 leaves 3e-5
-    settings = Settings(intervals=30, refinement=FixedMesh(), solver=Ipopt(tolerance=1e-14))
-    found, errors, _ = bryson_denham(settings)
+    solver = Ipopt(tolerance=1e-14)
+    settings = Settings(intervals=30, refinement=FixedMesh(), solver=solver)
+    found, errors = bryson_denham_errors(settings)
     np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-5)
     t = np.linspace(0, 1, 1001)
     beside = np.minimum(np.abs(t - 1 / 3), np.abs(t - 2 / 3)) > 1e-9
@@ -175,8 +152,79 @@ def test_bryson_denham_on_a_mesh_that_finds_the_jumps(objective, barrier, uneven
     # where the objective may be 1e-6 off a switch may, too; the barrier's parameter acts as above
     settings = Settings(accuracy=Accuracy(objective=objective), solver=Ipopt(tolerance=barrier))
     first = Mesh((PhaseMesh(np.linspace(0.0, 1.0, 21) ** uneven, 4),))
-    found, errors, _ = bryson_denham(settings, first)
+    found, errors = bryson_denham_errors(settings, first)
     np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-4)
     times = np.linspace(0, 1, 1001)
     near = np.minimum(np.abs(times - 1 / 3), np.abs(times - 2 / 3)) < share / 4
     assert errors[:, ~near].max() < most
+
+
+def filled(lag, price):
+    """A vessel that a valve with a lag fills for 1 s; what the valve is left open costs a price.
+
+    The motion is constant for as long as the valve is open. It is to be closed in the end.
+    """
+    flow, level = State("flow"), State("level")
+    valve = Control("valve", lower=0, upper=1)
+    rates = {flow: (valve - flow) / lag, level: flow}
+    fill = Phase("fill", rates, {flow: 1, level: 0}, end=1.0)
+    return Problem("filled", fill, minimise=price * fill.at_end(flow) - fill.at_end(level))
+
+
+def least(lag, price):
+    """The optimum: with ``x' = (u - x) / e`` and ``lambda_y = -1``.
+
+    ``lambda_x = (e + c) exp(-s / e) - e`` at the time ``s`` before the end. It is positive, so that
+    the valve is shut, from ``s = e ln(1 + c / e)`` on, and this is what is gained of the level 1.
+    """
+    return lag * math.log(1.0 + price / lag) - 1.0
+
+
+def coarse(scheme, problem):
+    found = solved_on(5, problem, scheme=scheme, verify=False)
+    return found.kept_iterate, found.evaluator
+
+
+@pytest.mark.parametrize("scheme", [Radau(), Gauss()])
+def test_costates_follow_their_equation_through_a_layer(scheme):
+    lag, price = 0.02, 0.002
+    iterate, evaluator = coarse(scheme, filled(lag, price))
+    before_end = np.array([0.2, 0.1, 0.04, 0.02, 0.01, 0.005, 0.0])
+    intervals, tau = np.full(before_end.size, 4), 1.0 - 5.0 * before_end
+    exact = (lag + price) * np.exp(-before_end / lag) - lag
+
+    of_program = phase_costates(iterate, 0).local(intervals, tau)
+    lacking = costate_errors(iterate, evaluator, 0, np.zeros(5, dtype=bool))
+    off = np.abs(of_program[:, 0] - exact).max()
+    # ten time constants in an interval of four points
+    assert off > 0.1 * lag
+    left = of_program + lacking.local(intervals, tau)
+    np.testing.assert_allclose(left[:, 0], exact, atol=0.03 * lag)
+    np.testing.assert_allclose(left[-1], [price, -1.0], atol=1e-9)
+
+
+def test_nothing_is_found_where_it_says_nothing():
+    def largest(iterate, evaluator, acting=(False,) * 5):
+        return np.abs(costate_errors(iterate, evaluator, 0, np.array(acting)).values).max()
+
+    assert largest(*coarse(Radau(), filled(0.02, 0.002))) > 0.0
+    assert largest(*coarse(Radau(), filled(0.02, 0.002)), acting=(True,) * 5) == 0.0
+    # these costates meet the principle on any mesh
+    assert largest(*coarse(Lobatto(), filled(0.02, 0.002))) == 0.0
+
+
+def test_costates_that_are_exact_lack_nothing():
+    iterate, evaluator = coarse(Radau(), least_effort())
+    assert not acting_on_states(iterate)[0].any()
+    lacking = costate_errors(iterate, evaluator, 0, np.zeros(5, dtype=bool))
+    # of costates of 24 and 12, to the solver's tolerance
+    assert np.abs(lacking.values).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("lag", "price", "intervals"),
+    [(0.03, 0.003, 5), (0.01, 0.01, 2), (3e-3, 3e-2, 2), (1e-3, 1e-3, 20), (1e-4, 1e-3, 10)],
+)
+def test_a_control_leaves_its_bound_in_a_layer_at_the_end(lag, price, intervals):
+    # open all the time was called optimal: up to two per cent were lost
+    certified(filled(lag, price), least(lag, price), settings=Settings(intervals=intervals))

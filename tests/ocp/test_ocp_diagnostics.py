@@ -1,7 +1,6 @@
-"""Diagnostics of an answer: a second solve, and one that a user writes."""
+"""Diagnostics of an answer: a second solve, what an excess is worth, and one that a user writes."""
 
 import dataclasses
-import math
 from functools import partial
 from typing import Any
 
@@ -10,7 +9,6 @@ import pytest
 
 from ocp import (
     STANDARD,
-    Between,
     Bound,
     Control,
     FixedMesh,
@@ -27,17 +25,14 @@ from ocp import (
     confirm,
     solve,
 )
-
-x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-
-
-def move(shape=None, limit=math.inf):
-    """The least effort of a move from rest to rest: 12, and with a limit on the speed more."""
-    push = u if shape is None else Control("push", "m/s^2", piecewise=shape)
-    bounds = [Bound("speed", v, upper=limit)] if math.isfinite(limit) else []
-    ends = {x: 0, v: 0}, {x: 1, v: 0}
-    phase = Phase("move", {x: v, v: push}, *ends, end=1.0, bounds=bounds)
-    return Problem("least effort", phase, minimise=phase.integral(push**2))
+from tests.ocp.problems import (
+    certified,
+    check_of,
+    dash,
+    double_integrator,
+    least_effort,
+    solved_on,
+)
 
 
 def told(solution, **options):
@@ -47,21 +42,25 @@ def told(solution, **options):
 
 @pytest.mark.parametrize("scheme", [Radau(), Gauss(), HermiteSimpson()])
 def test_a_right_answer_is_confirmed_whatever_its_scheme(scheme):
-    certificate = certify(solve(move(limit=1.3), settings=Settings(scheme=scheme)))
+    x, v, u, rates = double_integrator()
+    speed = Bound("speed", v, upper=1.3)
+    move = Phase("move", rates, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0, bounds=[speed])
+    problem = Problem("slow", move, minimise=move.integral(u**2))
+    certificate = certify(solve(problem, settings=Settings(scheme=scheme)))
     assert certificate.confirmed, certificate
     assert certificate.start is None
 
 
 def test_a_coarse_answer_is_refused_with_a_better_start():
-    settings = Settings(intervals=5, refinement=FixedMesh())
-    problem = move("constant")
-    coarse = solve(problem, settings=settings)
+    problem = least_effort(piecewise="constant")
+    coarse = solved_on(5, problem)
     lost = coarse.objective / 12.0 - 1
     certificate = certify(coarse, diagnostics=[confirm])
     assert not certificate.passed
     assert certificate.checks[0].value == pytest.approx(lost, rel=0.5)
     # what it found is on its own mesh
-    again = solve(problem, settings=settings, guess=certificate.start)
+    fixed = Settings(intervals=5, refinement=FixedMesh())
+    again = solve(problem, settings=fixed, guess=certificate.start)
     assert again.objective == pytest.approx(coarse.objective, rel=1e-6)
     assert solve(problem, guess=certificate.start).objective < coarse.objective * (1 - 0.9 * lost)
 
@@ -106,10 +105,7 @@ class Recording:
 
 
 def test_nothing_is_taken_over_but_the_motion():
-    push = Control("push", "m/s^2", lower=-2, upper=1)
-    ends = {x: 0, v: 0}, {x: 1, v: 0}
-    dash = Phase("dash", {x: v, v: push}, *ends, end=Between(0.5, 5))
-    found = solve(Problem("least time", dash, minimise=dash.duration))
+    found = solve(dash())
     solver = Recording(Ipopt(), [], {})
     assert told(found, solver=solver).passed
     own = found.kept_iterate
@@ -122,34 +118,29 @@ def test_nothing_is_taken_over_but_the_motion():
     assert np.abs(points[0] - points[1]).max() > 1e-2
 
 
-@pytest.mark.parametrize("outcome", ["failed", "budget"])
-def test_what_comes_to_no_end_is_open(outcome):
-    found = solve(move())
-    finding = told(found, solver=Recording(Ipopt(), [], {"outcome": outcome}))
-    assert finding.open
-    assert not finding.passed
-    assert not finding.failed
-    assert outcome in finding.sentence
-
-
-@pytest.mark.parametrize("outcome", ["infeasible", "unbounded"])
-def test_an_answer_without_a_motion_beside_it_is_refused(outcome):
-    finding = told(solve(move()), solver=Recording(Ipopt(), [], {"outcome": outcome}))
-    assert finding.failed
+@pytest.mark.parametrize(
+    ("outcome", "state"),
+    [("failed", "open"), ("budget", "open"), ("infeasible", "failed"), ("unbounded", "failed")],
+)
+def test_what_comes_to_no_end_is_open_and_no_motion_beside_an_answer_refuses_it(outcome, state):
+    finding = told(solve(least_effort()), solver=Recording(Ipopt(), [], {"outcome": outcome}))
+    states = {"open": finding.open, "passed": finding.passed, "failed": finding.failed}
+    assert [name for name, holds in states.items() if holds] == [state]
+    assert state == "failed" or outcome in finding.sentence
 
 
 def test_worse_motions_say_nothing():
     def worse(result):
         return {"x": 1.5 * result.x, "row_multipliers": 0.0 * result.row_multipliers}
 
-    finding = told(solve(move()), solver=Recording(Ipopt(), [], worse))
+    finding = told(solve(least_effort()), solver=Recording(Ipopt(), [], worse))
     assert finding.open
     assert "worse" in finding.sentence
 
 
 def test_a_budget_leaves_it_open_and_the_certificate_unconfirmed():
     asked = [partial(confirm, seconds=1e-9) if one is confirm else one for one in STANDARD]
-    certificate = certify(solve(move()), diagnostics=asked)
+    certificate = certify(solve(least_effort()), diagnostics=asked)
     assert certificate.passed
     assert not certificate.confirmed
     assert "open  a second solve: no run from beside this motion" in str(certificate)
@@ -158,12 +149,12 @@ def test_a_budget_leaves_it_open_and_the_certificate_unconfirmed():
 
 def test_a_stop_of_the_user_stops_it():
     with pytest.raises(KeyboardInterrupt):
-        told(solve(move()), solver=Recording(Ipopt(), [], {"outcome": "interrupted"}))
+        told(solve(least_effort()), solver=Recording(Ipopt(), [], {"outcome": "interrupted"}))
 
 
 def test_progress_is_told():
     lines = []
-    told(solve(move()), progress=lines.append)
+    told(solve(least_effort()), progress=lines.append)
     assert lines[0] == "least effort: a second solve, run 1"
 
 
@@ -179,4 +170,40 @@ def test_progress_is_told():
 )
 def test_what_is_no_diagnostic_is_told(diagnostics, words):
     with pytest.raises(StatementError, match=words):
-        certify(solve(move()), diagnostics=diagnostics)
+        certify(solve(least_effort()), diagnostics=diagnostics)
+
+
+def landing(height, duration):
+    """A mass that falls at 1 m/s from 0, and has to turn before a floor; then it is free to rise.
+
+    The least effort is 4 / (9 height), with the jerk constant until the floor is touched at rest:
+    A. E. Bryson and Y.-C. Ho, "Applied Optimal Control", sec. 3.11, one half of the symmetric
+    motion, in which the integrand has a factor of one half.
+    """
+    x, v, u = State("x", "m", lower=-height), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("land", {x: v, v: u}, {x: 0, v: -1}, end=duration)
+    return Problem("landing", phase, minimise=phase.integral(u**2))
+
+
+@pytest.mark.parametrize("height", [1e-2, 1e-3, 1e-4])
+def test_a_floor_far_smaller_than_the_motion_is_kept(height):
+    found = certified(landing(height, 10.0), 4 / (9 * height))
+    times = np.concatenate([np.linspace(0, 20 * height, 20_001), np.linspace(0, 10, 20_001)])
+    # the worth of this excess is the same part of the effort
+    assert -found.sample("x", times).min() == pytest.approx(height, rel=1e-5)
+
+
+def test_the_worth_is_what_the_effort_changes_with_the_floor():
+    """The effort is as one over the height, so that their changes are the same parts."""
+    found = solved_on(10, landing(0.1, 2.0))
+    deepest = -found.sample("x", np.linspace(0, 2, 20_001)).min()
+    worth = check_of(found, "effect of the excess").value
+    assert worth == pytest.approx(deepest / 0.1 - 1, rel=0.1)
+
+
+def test_a_small_excess_of_much_worth_is_not_certified():
+    found = solved_on(40, landing(1e-2, 10.0))
+    assert check_of(found, "path constraints").value < 1e-5
+    worth = check_of(found, "effect of the excess")
+    assert worth.value > 1e-3
+    assert not worth.passed
