@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import signal
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks.entry import answer_for, closest, positive
@@ -116,6 +118,13 @@ def ratios(rows: Sequence[Work], accuracy: float, how: str) -> str:
     return f"{taken / least:.1f}" if least else "-"
 
 
+def _keep(path: Path, name: str, rows: Sequence[Work]) -> None:
+    """Write what a problem took beside what the file holds of others."""
+    known = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    known[name] = [row._asdict() for row in rows]
+    path.write_text(json.dumps(known, indent=1) + "\n", "utf-8")
+
+
 def _run(options: argparse.Namespace, console: Console) -> int:
     seconds = positive("--seconds", options.seconds)
     for name in options.problems:
@@ -133,6 +142,8 @@ def _run(options: argparse.Namespace, console: Console) -> int:
             console.progress(f"{name}, {how}: {rows[-1].seconds:.1f} s")
         rows.append(engine(problem, Settings(), "Ctrl-C in mesh 3", stop_late))
         rows.append(engine(problem, Settings(iterations=BUDGET), f"{BUDGET} iterations"))
+        if options.output:
+            _keep(Path(options.output), name, rows)
         console.say(table(f"{name}: {problem.source}", rows))
         hows = [*((f"accuracy={a:g}", a) for a in ACCURACIES), ("defaults", min(ACCURACIES))]
         lines.append((name, *(ratios(rows, a, how) for how, a in hows)))
@@ -148,6 +159,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("problems", nargs="*", metavar="NAME", help=f"of {', '.join(PROBLEMS)}")
     parser.add_argument(
         "--seconds", default="120", metavar="S", help="budget of a solve with a stated accuracy"
+    )
+    parser.add_argument(
+        "--output",
+        metavar="FILE.json",
+        help="keep the rows there, which the documents' picture reads",
     )
     return answer_for(parser, _run, arguments)
 
