@@ -60,7 +60,8 @@ class Settings:
     refinement : MeshPolicy
         How the mesh adapts: `AdaptiveMesh` or `FixedMesh`, or a policy of one's own.
     solver : NlpSolver
-        Of the nonlinear programs: `Ipopt`, or a solver of one's own.
+        Of the nonlinear programs: `Ipopt`, or a solver of one's own. The default one is as tight as
+        the accuracy needs, another one as it is stated.
     accuracy : float or Accuracy
         What refinement and verification allow. With one number, ``accuracy=1e-4``, objective,
         dynamics and limits hold to that, relative to their sizes, and so does the replay.
@@ -109,6 +110,11 @@ class Settings:
         _check_kind("verify", self.verify, bool, "True or False")
         _check_budget("iterations", self.iterations)
         _check_budget("seconds", self.seconds)
+
+    @property
+    def states_solver(self) -> bool:
+        """Whether the solver is another one than the default, whose tolerances then hold."""
+        return self.solver != Ipopt()
 
 
 def first_intervals(settings: Settings, problem: Problem) -> tuple[int, ...]:

@@ -115,7 +115,10 @@ def confirm(
     end = clock.perf_counter() + seconds
     iterate, told = answer.iterate, progress or (lambda text: None)
     program = _program(iterate)
-    size = max(abs(iterate.objective), LEAST_OF_A_SCALE * program.scales.objective)
+
+    # a motion that costs nothing has no scale of its own
+    scale = (iterate if iterate.costs_nothing else program).scales.objective
+    size = max(abs(iterate.objective), LEAST_OF_A_SCALE * scale)
     gap = _ABOVE * answer.allowed.gain * size / program.scales.objective
     chosen = (solver or Ipopt()).within_gap(gap)
 

@@ -116,7 +116,7 @@ Start = Iterate | Trajectory | None
 
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
 # the next mesh. The mesh that meets all tolerances is solved to this part of the least of them, if
-# the solver's own tolerance is less: where the objective is flat, controls are off by its root.
+# no solver is stated: where the objective is flat, controls are off by its root.
 LOOSE = 1e-7
 _DIGITS = 1e-4
 
@@ -171,9 +171,9 @@ class MeshSolver:
 
     @cached_property
     def solver(self) -> NlpSolver:
-        """For meshes that are not replaced, as tight as the accuracy needs."""
-        least = min(astuple(self.settings.accuracy))
-        return self.settings.solver.loosened(min(LOOSE, _DIGITS * least))
+        """For meshes that are not replaced: as stated, or as tight as the accuracy needs."""
+        own, least = self.settings.solver, min(astuple(self.settings.accuracy))
+        return own if self.settings.states_solver else own.loosened(min(LOOSE, _DIGITS * least))
 
     @cached_property
     def rough_solver(self) -> NlpSolver:
