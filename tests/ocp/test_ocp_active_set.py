@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
+from ocp import Control, Phase, Problem, Settings, State, solve
 from ocp.numerics.piecewise_polynomial import Bernstein, Lagrange, Piece, PiecewisePolynomial
 from ocp.optimality.active_set import (
     ACTING,
@@ -18,6 +18,7 @@ from ocp.optimality.active_set import (
     strongly_active,
 )
 from ocp.optimality.multipliers import all_multipliers
+from tests.ocp.problems import bryson_denham, rest_to_rest, solved_on
 
 
 def test_at_a_limit_from_either_side():
@@ -56,11 +57,7 @@ def test_strongly_active_is_relative_to_the_largest():
 
 @pytest.fixture(scope="module")
 def hop():
-    """Bryson and Denham's problem: the roof of 1/9 is held from 1/3 to 2/3."""
-    x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
-    problem = Problem("hop", [phase], minimise=phase.integral(u**2 / 2))
-    return solve(problem, settings=Settings(intervals=30, refinement=FixedMesh())).kept_iterate
+    return solved_on(30, bryson_denham()).kept_iterate
 
 
 def test_a_bound_of_a_state_acts_where_the_path_meets_and_leaves_it(hop):
@@ -99,11 +96,9 @@ def test_multipliers_belong_to_active_limits(hop):
 
 def test_forces_of_a_path_constraint_are_summed_in_each_interval():
     # least peak of |u| to go from rest to rest: u is at the peak all along, first up, then down
-    x, v, u = State("x"), State("v"), Control("u", piecewise="constant")
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    _, _, u, phase = rest_to_rest(piecewise="constant")
     problem = Problem("softly", [phase], minimise=phase.peak(u, absolute=True))
-    settings = Settings(intervals=10, refinement=FixedMesh())
-    forces = path_multiplier_sums(solve(problem, settings=settings).kept_iterate, 0)
+    forces = path_multiplier_sums(solved_on(10, problem).kept_iterate, 0)
     above, below = forces.values()
     np.testing.assert_array_equal(strongly_active(above, STRONGLY_ACTIVE), [True] * 5 + [False] * 5)
     np.testing.assert_array_equal(strongly_active(below, STRONGLY_ACTIVE), [False] * 5 + [True] * 5)

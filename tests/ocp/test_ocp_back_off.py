@@ -22,30 +22,15 @@ from ocp import (
 from ocp.estimates.promised_gain import back_off_costs
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.refinement.policies import adaptive_mesh, back_off
+from tests.ocp.problems import bryson_denham, check_of, double_integrator
 
 
 def under_a_roof(roof):
-    """Least effort under a roof (Bryson, Denham and Dreyfus 1963), the roof as a path constraint.
-
-    Its optimum is 4 / (9 roof) for a roof of at most 1/6.
-    """
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase(
-        "move",
-        {x: v, v: u},
-        {x: 0, v: 1},
-        {x: 0, v: -1},
-        end=1.0,
-        bounds=[Bound("roof", 1.0 * x.symbol, "m", upper=roof)],
-    )
+    """Bryson and Denham's problem with the roof as a path constraint."""
+    x, v, u, rates = double_integrator()
+    limit = Bound("roof", 1.0 * x.symbol, "m", upper=roof)
+    phase = Phase("move", rates, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0, bounds=[limit])
     return Problem("roof", [phase], minimise=phase.integral(0.5 * u**2))
-
-
-def under_a_bound(roof):
-    """The same with the roof as the upper bound of the state."""
-    x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
-    return Problem("bound", [phase], minimise=phase.integral(0.5 * u**2))
 
 
 def stiffening():
@@ -57,7 +42,7 @@ def stiffening():
     return Problem("stiffening", [phase], minimise=peak((phase, force)))
 
 
-@pytest.mark.parametrize("problem", [under_a_roof, under_a_bound])
+@pytest.mark.parametrize("problem", [under_a_roof, bryson_denham])
 def test_a_back_off_moves_the_limit_at_the_points(problem):
     intervals, distance = 12, 0.01
     settings = Settings(refinement=FixedMesh())
@@ -121,7 +106,7 @@ def test_what_a_back_off_costs_is_promised_as_a_gain():
     costs = back_off_costs(moved.iterate, 0)
     assert costs.sum() == pytest.approx(distance / (0.12 - distance), rel=1e-2)
 
-    (check,) = (c for c in certify(moved).checks if "finer controls" in c.name)
+    check = check_of(moved, "finer controls")
     assert not check.passed
     assert check.value >= costs.sum()
 

@@ -4,30 +4,24 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Radau, Settings, State, solve
+from ocp import TIME, Bound, Control, Phase, Problem, Radau, State
 from ocp.diagnostics.minimum_principle import minimum_principle
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import acting_on_states
 from ocp.optimality.control_gains import gains
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.multipliers import phase_costates
-
-
-def least_effort(shape="polynomial", bounds=(), **limits):
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", piecewise=shape, **limits)
-    path = [Bound(name, expression(x, v, u), upper=upper) for name, expression, upper in bounds]
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, bounds=path, end=1.0)
-    return Problem("least effort", [phase], minimise=phase.integral(u**2))
+from tests.ocp.problems import double_integrator, least_effort, solved_on
 
 
 def iterate_of(problem, intervals=5, **settings):
-    chosen = Settings(intervals=intervals, refinement=FixedMesh(), verify=False, **settings)
-    return solve(problem, settings=chosen).kept_iterate
+    return solved_on(intervals, problem, verify=False, **settings).kept_iterate
 
 
-def nowhere(iterate):
-    """No interval in which a path constraint acts."""
-    return np.zeros(iterate.trajectory.phases[0].intervals, dtype=bool)
+def gained(iterate):
+    """What finer controls gain, where no path constraint acts in any interval."""
+    nowhere = np.zeros(iterate.trajectory.phases[0].intervals, dtype=bool)
+    return gains(iterate, Evaluator(iterate.problem), 0, nowhere)
 
 
 def along(iterate, index=0):
@@ -44,7 +38,7 @@ def along(iterate, index=0):
 
 def test_least_effort_in_closed_form():
     # u = 6 - 12 t, lambda_x = -24, lambda_v = -2 u: H = u^2 - 24 v - 2 u^2 = -36, H_u = 0
-    hamiltonian, values, t = along(iterate_of(least_effort()))
+    hamiltonian, values, t = along(iterate_of(least_effort(piecewise="polynomial")))
     u = 6.0 - 12.0 * t
     assert hamiltonian.autonomous
     # the solver's dual tolerance of 1e-6 of scaled multipliers
@@ -57,8 +51,10 @@ def test_least_effort_in_closed_form():
 
 
 def test_paths_and_their_slopes():
-    bounds = [("load", lambda x, v, u: 3.0 * u + x * u, 100.0), ("speed", lambda x, v, u: v, 10.0)]
-    iterate = iterate_of(least_effort(bounds=bounds))
+    x, v, u, rates = double_integrator(piecewise="polynomial")
+    bounds = [Bound("load", 3.0 * u + x * u, upper=100.0), Bound("speed", v, upper=10.0)]
+    phase = Phase("move", rates, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0, bounds=bounds)
+    iterate = iterate_of(Problem("loaded", phase, minimise=phase.integral(u**2)))
     hamiltonian, values, _ = along(iterate)
     np.testing.assert_array_equal(hamiltonian.limits_controls, [True, False])
     intervals, tau = np.repeat(np.arange(5), 3), np.tile([0.1, 0.5, 0.8], 5)
@@ -91,21 +87,20 @@ def test_time_makes_a_phase_not_autonomous(where):
 
 
 def test_it_is_built_once():
-    iterate = iterate_of(least_effort())
+    iterate = iterate_of(least_effort(piecewise="polynomial"))
     evaluator = Evaluator(iterate.problem)
     first = hamiltonian_of(evaluator, iterate.transcription, 0)
-    gains(iterate, evaluator, 0, nowhere(iterate))
-    minimum_principle(
-        iterate, evaluator, phase_costates(iterate, 0), 0, acting_on_states(iterate)[0]
-    )
+    (acting,) = acting_on_states(iterate)
+    gains(iterate, evaluator, 0, acting)
+    minimum_principle(iterate, evaluator, phase_costates(iterate, 0), 0, acting)
     assert hamiltonian_of(evaluator, iterate.transcription, 0) is first
 
 
 def test_gain_of_a_piecewise_constant_control_is_what_is_lost():
     # the best N steps have the slope c = 12 / (1 - 1 / N^2) and the objective c
     # each interval of h = 1 / N loses int (u - mean u)^2 dt = c^2 h^3 / 12
-    iterate = iterate_of(least_effort("constant"), intervals=10)
-    found = gains(iterate, Evaluator(iterate.problem), 0, nowhere(iterate)).sum(axis=(1, 2))
+    iterate = iterate_of(least_effort(piecewise="constant"), intervals=10)
+    found = gained(iterate).sum(axis=(1, 2))
     slope = 12.0 / (1.0 - 1.0 / 10**2)
     assert iterate.objective == pytest.approx(slope, rel=1e-9)
     np.testing.assert_allclose(found, slope**2 / 10**3 / 12.0, rtol=1e-6)
@@ -114,26 +109,22 @@ def test_gain_of_a_piecewise_constant_control_is_what_is_lost():
 
 
 def test_an_optimal_control_gains_nothing():
-    iterate = iterate_of(least_effort())
+    iterate = iterate_of(least_effort(piecewise="polynomial"))
     # H_u to the solver's dual tolerance, squared
-    assert gains(iterate, Evaluator(iterate.problem), 0, nowhere(iterate)).sum() < 1e-9
+    assert gained(iterate).sum() < 1e-9
 
 
 @pytest.mark.parametrize("limit", ["bound", "path"])
 def test_a_control_at_its_limit_gains_nothing_beyond_it(limit):
     # x' = u with x(1) as large as can be: H = -u, whose slope of -1 presses u against its limit
-    x, u = (
-        State("x"),
-        Control("u", lower=-1, upper=1 if limit == "bound" else 2, piecewise="constant"),
-    )
+    upper = 1 if limit == "bound" else 2
+    x, u = State("x"), Control("u", lower=-1, upper=upper, piecewise="constant")
     bounds = [Bound("cap", 2.0 * u, upper=2.0)] if limit == "path" else []
     phase = Phase("dash", {x: u}, {x: 0}, bounds=bounds, end=1.0)
     iterate = iterate_of(Problem("dash", [phase], maximise=phase.at_end(x)))
     _, values, _ = along(iterate)
     np.testing.assert_allclose(values.slope, -1.0, rtol=1e-6)
-    assert (
-        gains(iterate, Evaluator(iterate.problem), 0, nowhere(iterate)).sum() < 1e-6
-    )  # the barrier's distance
+    assert gained(iterate).sum() < 1e-6  # the barrier's distance
 
 
 def test_a_phase_without_controls_gains_nothing():
@@ -141,7 +132,7 @@ def test_a_phase_without_controls_gains_nothing():
     phase = Phase("decay", {x: -x}, {x: 1}, end=1.0)
     problem = Problem("decay", [phase], minimise=phase.at_end(x))
     iterate = iterate_of(problem, scheme=Radau(3))
-    found = gains(iterate, Evaluator(problem), 0, nowhere(iterate))
+    found = gained(iterate)
     np.testing.assert_array_equal(found.sum(axis=(1, 2)), np.zeros(5))
     hamiltonian, values, t = along(iterate)
     assert hamiltonian.controls == ()
