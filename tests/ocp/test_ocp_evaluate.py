@@ -1,4 +1,4 @@
-"""Evaluation between the points: peaks, integrals and values along a motion."""
+"""Evaluation between the points: degrees, maxima, peaks, integrals and values along a motion."""
 
 import casadi as ca
 import numpy as np
@@ -7,6 +7,7 @@ from scipy.integrate import quad
 
 from ocp import (
     TIME,
+    AdaptiveMesh,
     Algebraic,
     Between,
     Bound,
@@ -19,9 +20,13 @@ from ocp import (
     Settings,
     State,
     Unknown,
+    joined,
     peak,
     solve,
 )
+from ocp.numerics.piecewise_polynomial import dense_grid, maxima
+from ocp.numerics.polynomial_expressions import polynomial_degree
+from tests.ocp.problems import double_integrator, rest_to_rest, solved_on
 
 
 @pytest.fixture(scope="module")
@@ -39,13 +44,8 @@ def motion():
     )
     second = Phase("second", {x: v, v: u - x}, final={x: 1, v: 0}, start=Between(2, 4, 3), end=5.0)
     cost = first.integral(u**2 + step**2 + z**2) + second.integral(u**2) + (mass - 2) ** 2
-    links = [
-        Bound("clock", second.start_time - first.end_time, lower=0, upper=0),
-        Bound("place", second.at_start(x) - first.at_end(x), lower=0, upper=0),
-        Bound("speed", second.at_start(v) - first.at_end(v), lower=0, upper=0),
-    ]
-    problem = Problem("motion", [first, second], minimise=cost, links=links)
-    found = solve(problem, settings=Settings(scheme=Radau(5), intervals=6, refinement=FixedMesh()))
+    problem = Problem("motion", [first, second], minimise=cost, links=joined(first, second))
+    found = solved_on(6, problem, scheme=Radau(5))
     return found, first, second, {s.name: s for s in (x, v, z, u, step, mass, gravity)}
 
 
@@ -105,8 +105,7 @@ def test_peaks_between_the_points(motion):
 
 
 def test_what_the_problem_does_not_state_is_integrated_and_searched_between_the_points():
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    _, v, u, move = rest_to_rest()
     found = solve(Problem("move", move, minimise=move.integral(u**2)))
     # u = 6 - 12 t and v = 6 t - 6 t^2
     narrow = ca.exp(-(((TIME - 0.4321) / 1e-3) ** 2))
@@ -119,3 +118,123 @@ def test_what_the_problem_does_not_state_is_integrated_and_searched_between_the_
     assert found.value(move.integral(ca.fabs(v - 1))) == pytest.approx(apart, rel=1e-9)
     assert found.value(move.peak(v * narrow)) == pytest.approx(6 * 0.4321 * 0.5679, rel=1e-5)
     assert found.value(move.integral(u**2)) == pytest.approx(12.0, rel=1e-9)
+
+
+x, u, k = ca.SX.sym("x"), ca.SX.sym("u"), ca.SX.sym("k")
+POLYNOMIALS = [
+    (x, 4),
+    (x + u, 4),
+    (x * u, 7),
+    (k * x**2 - u / k, 8),
+    (x**5, 20),
+    (ca.sin(k) * x, 4),
+    (ca.SX(3), 0),
+    (k, 0),
+    (2 * x - x, 4),
+    ((x + u) * (x - u), 8),
+    (ca.sqrt(k) * x**3 * u, 15),
+]
+OTHERS = [x**k, x / u, ca.sin(x), ca.fabs(u), x**0.5, x**-1, 1 / (1 + x**2)]
+
+
+@pytest.mark.parametrize(("expression", "degree"), [*POLYNOMIALS, *((e, None) for e in OTHERS)])
+def test_degree_of_an_expression(expression, degree):
+    assert polynomial_degree(ca.densify(ca.SX(expression)), [x, u], [4, 3]) == degree
+
+
+def test_a_limit_that_is_exceeded_between_the_points_is_named():
+    """Bryson and Denham's motion with bounds of several kinds."""
+    x, v, u, rates = double_integrator()
+    ceiling = Constant("ceiling", "1", 1 / 9)
+    bounds = [
+        Bound("height", x + 0 * v, upper=ceiling),
+        Bound("product", x * v * (1 + TIME), upper=1.0, lower=-1.0),
+        Bound("wave", ca.sin(x), upper=1.0),
+    ]
+    phase = Phase("ride", rates, {x: 0, v: 1}, {x: 0, v: -1}, bounds=bounds, end=1.0)
+    found = solved_on(7, Problem("ride", phase, minimise=phase.integral(u**2 / 2)))
+    assert not found.verification.passed
+    assert any("'ride: height' is exceeded by" in r for r in found.verification.reasons)
+
+
+def test_equations_hold_between_the_points_too():
+    # z + z^3 = x on so coarse a mesh that it fails between the points at first
+    height, z = State("height"), Algebraic("z", lower=0)
+    law = Bound("law", z + z**3 - height, lower=0, upper=0)
+    phase = Phase("fall", {height: -z}, initial={height: 1}, bounds=[law], guess={z: 0.5}, end=1.0)
+    problem = Problem("implicit", phase, minimise=phase.at_end(height))
+    times, error = np.linspace(0, 1, 10_000), {}
+    for refine, refinement in ((False, FixedMesh()), (True, AdaptiveMesh())):
+        settings = Settings(Radau(2), intervals=2, refinement=refinement)
+        found = solve(problem, settings=settings)
+        error[refine] = np.abs(found.sample(law.expression, times)).max()
+    (scale,) = (e.size for e in found.scaling.entries if e.kind == "bound")
+    assert error[False] > 1e-4
+    assert error[True] <= 1e-7 * scale
+
+
+def all_maxima(function, intervals, level=-np.inf):
+    grid = dense_grid(4)
+    k, tau = np.repeat(np.arange(intervals), grid.size), np.tile(grid, intervals)
+    return maxima(function, function(k, tau).reshape(intervals, -1), grid, level)
+
+
+def test_maxima_of_known_functions():
+    # interval k: a parabola with its top at (k + 1) / 5, on a slope that moves none of them out
+    def parabolas(k, tau):
+        return 3 * k - (tau - (k + 1) / 5) ** 2
+
+    found = all_maxima(parabolas, 4)
+    # five rounds of zooming by 1/4 or more from a grid of 0.1: below 1e-4, squared in the value
+    np.testing.assert_allclose(found.tau, [0.2, 0.4, 0.6, 0.8], atol=2e-4)
+    np.testing.assert_allclose(found.values, [0, 3, 6, 9], atol=1e-7)
+
+
+def test_maxima_at_ends_kinks_and_of_constants():
+    functions = [lambda t: t, lambda t: -t, lambda t: 1 - np.abs(t - 1 / 3), lambda t: 0 * t + 5]
+
+    def values(k, tau):
+        return np.array([functions[i](t) for i, t in zip(k, tau, strict=True)])
+
+    found = all_maxima(values, 4)
+    np.testing.assert_allclose(found.values, [1, 0, 1, 5], atol=1e-4)  # a kink: the last grid
+    np.testing.assert_allclose(found.tau[:3], [1, 0, 1 / 3], atol=1e-4)
+
+
+def test_only_what_may_reach_the_level_or_is_the_largest_is_zoomed_into():
+    asked = set()
+
+    def parabolas(k, tau):
+        asked.update(k)
+        return k - 2.5 - (tau - 0.437) ** 2
+
+    grid = dense_grid(4)
+    k, tau = np.repeat(np.arange(4), grid.size), np.tile(grid, 4)
+    values = parabolas(k, tau).reshape(4, -1)
+    for level, zoomed in ((0.0, {3}), (-0.5001, {2, 3}), (7.0, {3})):
+        asked.clear()
+        found = maxima(parabolas, values, grid, level)
+        assert asked == zoomed
+        np.testing.assert_allclose(found.values[3], 0.5, atol=1e-7)
+        np.testing.assert_allclose(found.values, [-2.5, -1.5, -0.5, 0.5], atol=0.02)
+
+
+def test_a_value_that_is_not_finite_is_the_largest():
+    found = all_maxima(lambda k, tau: np.where(tau > 0.9, np.nan, tau), 1)
+    assert found.values[0] == np.inf
+
+
+def test_a_peak_beside_lower_samples_is_found_where_the_highest_sample_is_at_an_end():
+    # the end is at -0.4; between two samples there is a narrow peak of 5.7, beside them -80
+    grid = dense_grid(4)
+    middle = 0.5 * (grid[15] + grid[16])
+    curvature = 85.7 / (grid[16] - middle) ** 2
+
+    def values(k, tau):
+        return np.maximum(5.7 - curvature * (tau - middle) ** 2, -0.4 - 1e5 * (1.0 - tau))
+
+    samples = values(np.zeros(grid.size, dtype=int), grid)
+    assert samples.max() == -0.4  # no sample shows it
+    found = all_maxima(values, 1, level=0.0)
+    np.testing.assert_allclose(found.values, [5.7], atol=1e-3)
+    np.testing.assert_allclose(found.tau, [middle], atol=1e-5)
