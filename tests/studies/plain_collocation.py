@@ -17,7 +17,6 @@ from models.laws import Bezier, paper_points
 from models.truss import TrussParameters
 
 DEPLOYED = np.pi / 2
-SHARES = tuple(k / 16 for k in range(17))  # of an interval, where limits hold
 SHORTEST, LONGEST = 0.05, 1.5  # interval, in even ones
 
 Formula = Callable[[Any, Any, Any], list[Any]]
@@ -30,9 +29,10 @@ def least_peak(
     peaks: Formula,
     limits: Formula = lambda *_: [],
     intervals: int = 80,
+    points: int = 8,
 ) -> float:
     """Least largest value of `peaks`, where `limits` are at most zero, in a duration [s]."""
-    return _solved(truss, (duration, duration), jerk, peaks, limits, intervals)
+    return _solved(truss, (duration, duration), jerk, peaks, limits, intervals, points)
 
 
 def least_time(
@@ -43,7 +43,7 @@ def least_time(
     intervals: int = 80,
 ) -> float:
     """Least duration [s] between bounds, where `limits` are at most zero."""
-    return _solved(truss, bounds, jerk, None, limits, intervals)
+    return _solved(truss, bounds, jerk, None, limits, intervals, 8)
 
 
 def _solved(
@@ -53,22 +53,23 @@ def _solved(
     peaks: Formula | None,
     limits: Formula,
     intervals: int,
+    points: int,
 ) -> float:
     states, jerks = ca.MX.sym("x", 3, intervals + 1), ca.MX.sym("j", 2, intervals)
     steps, peak = ca.MX.sym("h", 1, intervals), ca.MX.sym("peak")
     x, j, step = ca.SX.sym("x", 3), ca.SX.sym("j", 2), ca.SX.sym("h")
 
-    points = []
-    for share in SHARES:
-        t = share * step
+    motions = []
+    for place in range(points + 1):
+        t = place / points * step
         slope = (j[1] - j[0]) / step
         acceleration = x[2] + j[0] * t + slope * t**2 / 2
         speed = x[1] + x[2] * t + j[0] * t**2 / 2 + slope * t**3 / 6
         angle = x[0] + x[1] * t + x[2] * t**2 / 2 + j[0] * t**3 / 6 + slope * t**4 / 24
-        points.append((angle, speed, acceleration))
-    worst = [one for point in points for one in (peaks(*point) if peaks else [])]
-    beyond = [one for point in points for one in limits(*point)]
-    outputs = [ca.vertcat(*points[-1]), ca.vertcat(*worst), ca.vertcat(*beyond)]
+        motions.append((angle, speed, acceleration))
+    worst = [one for motion in motions for one in (peaks(*motion) if peaks else [])]
+    beyond = [one for motion in motions for one in limits(*motion)]
+    outputs = [ca.vertcat(*motions[-1]), ca.vertcat(*worst), ca.vertcat(*beyond)]
     kernel = ca.Function("interval", [x, j, step], outputs, {"cse": True})
     ends, highest, over = kernel.map(intervals)(states[:, :-1], jerks, steps)
 

@@ -137,7 +137,7 @@ def test_the_least_force_of_a_motor_with_its_rotor() -> None:
     def slack(*motion):
         return [-rope_force(ROPES, *motion)]
 
-    plain = least_peak(ROPES, T, 200 / T**3, motor, slack, intervals=110)
+    plain = least_peak(ROPES, T, 200 / T**3, motor, slack, intervals=110, points=16)
     assert result.value("peak-motor-force") == pytest.approx(plain, rel=1e-4)
 
 
