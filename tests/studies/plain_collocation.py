@@ -30,9 +30,14 @@ def least_peak(
     limits: Formula = lambda *_: [],
     intervals: int = 80,
     points: int = 8,
+    even: bool = False,
 ) -> float:
-    """Least largest value of `peaks`, where `limits` are at most zero, in a duration [s]."""
-    return _solved(truss, (duration, duration), jerk, peaks, limits, intervals, points)
+    """Least largest value of `peaks`, where `limits` are at most zero, in a duration [s].
+
+    Even intervals are the more robust ones, and take more of them.
+    """
+    bounds = duration, duration
+    return _solved(truss, bounds, jerk, peaks, limits, intervals, points, even)
 
 
 def least_time(
@@ -43,7 +48,7 @@ def least_time(
     intervals: int = 80,
 ) -> float:
     """Least duration [s] between bounds, where `limits` are at most zero."""
-    return _solved(truss, bounds, jerk, None, limits, intervals, 8)
+    return _solved(truss, bounds, jerk, None, limits, intervals, 8, even=False)
 
 
 def _solved(
@@ -54,6 +59,7 @@ def _solved(
     limits: Formula,
     intervals: int,
     points: int,
+    even: bool,
 ) -> float:
     states, jerks = ca.MX.sym("x", 3, intervals + 1), ca.MX.sym("j", 2, intervals)
     steps, peak = ca.MX.sym("h", 1, intervals), ca.MX.sym("peak")
@@ -76,7 +82,9 @@ def _solved(
     size = 40.0  # [N], of the forces
     duration = ca.sum2(steps)
     rows = [ca.vec(ends - states[:, 1:]), duration]
-    low, high = ([np.zeros(3 * intervals), [bound]] for bound in bounds)
+    # of even intervals the duration is known
+    within = (-np.inf, np.inf) if even else bounds
+    low, high = ([np.zeros(3 * intervals), [bound]] for bound in within)
     for values in ((highest - peak) / size if peaks else None, over / size):
         if values is not None and values.numel():
             rows.append(ca.vec(values))
@@ -93,7 +101,8 @@ def _solved(
     guess = law.motion(np.linspace(0.0, bounds[1], intervals + 1))
     first = np.clip(np.array([guess.angle, guess.speed, guess.acceleration]), least, most)
     unknowns = ca.vertcat(ca.vec(states), ca.vec(jerks), ca.vec(steps), peak)
-    caps, even = np.full(2 * intervals, jerk), np.full(intervals, 1.0 / intervals)
+    caps, share = np.full(2 * intervals, jerk), np.full(intervals, 1.0 / intervals)
+    shortest, longest = (1.0, 1.0) if even else (SHORTEST, LONGEST)
     solver = ca.nlpsol(
         "plain",
         "ipopt",
@@ -102,10 +111,10 @@ def _solved(
     )
     found = solver(
         x0=np.concatenate(
-            [first.ravel("F"), np.zeros(2 * intervals), bounds[1] * even, [2 * size]]
+            [first.ravel("F"), np.zeros(2 * intervals), bounds[1] * share, [2 * size]]
         ),
-        lbx=np.concatenate([least.ravel("F"), -caps, SHORTEST * bounds[0] * even, [0.0]]),
-        ubx=np.concatenate([most.ravel("F"), caps, LONGEST * bounds[1] * even, [np.inf]]),
+        lbx=np.concatenate([least.ravel("F"), -caps, shortest * bounds[0] * share, [0.0]]),
+        ubx=np.concatenate([most.ravel("F"), caps, longest * bounds[1] * share, [np.inf]]),
         lbg=np.concatenate(low),
         ubg=np.concatenate(high),
     )
