@@ -1,4 +1,4 @@
-"""Controls on chains of integrators are recognised, and then integrated exactly."""
+"""Shapes of controls: on chains of integrators, in curved limits, and in equations of motion."""
 
 import casadi as ca
 import numpy as np
@@ -7,21 +7,22 @@ import pytest
 from ocp import (
     Accuracy,
     Between,
+    Bound,
     Constant,
     Control,
-    FixedMesh,
     Gauss,
     Lobatto,
+    Overdetermined,
     Phase,
     Problem,
     Radau,
     Settings,
     State,
     Trapezoid,
-    certify,
     solve,
 )
 from ocp.problem.integrator_chains import chain_length, variation_of
+from tests.ocp.problems import certified, solved_on
 
 
 def phase(rates):
@@ -62,10 +63,7 @@ def test_automatic_is_linear_only_where_that_is_exact():
 def test_the_chain_is_integrated_without_error_on_any_mesh(scheme):
     x, v, a, u = State("x"), State("v"), State("a"), Control("u", lower=-60, upper=60)
     move = Phase("move", {x: v, v: a, a: u}, {x: 0, v: 0, a: 0}, {x: 1, v: 0, a: 0}, end=1)
-    found = solve(
-        Problem("jerk", [move], minimise=move.integral(u**2)),
-        settings=Settings(scheme=scheme, intervals=7, refinement=FixedMesh()),
-    )
+    found = solved_on(7, Problem("jerk", move, minimise=move.integral(u**2)), scheme=scheme)
     assert max(r.dynamics_error for r in found.mesh_iterations) <= 1e-12
     # u = 60 - 360 t + 360 t^2 costs 720; a linear control on 7 intervals costs a little more
     assert 720 <= found.objective <= 720 * 1.01
@@ -107,6 +105,32 @@ def test_controls_in_a_curved_limit_are_no_lines(limit, shape):
 def test_the_fastest_turn_within_a_circle_is_certified():
     # by default a solve may end 1e-6 above the optimum, or a little less, as rounding has it
     settings = Settings(accuracy=Accuracy(objective=1e-7))
-    found = solve(in_the_plane(lambda a, b, v: a**2 + b**2 <= 1), settings=settings)
-    assert found.objective == pytest.approx(2.30193243, rel=2e-7)
-    assert certify(found).passed
+    problem = in_the_plane(lambda a, b, v: a**2 + b**2 <= 1)
+    certified(problem, 2.30193243, within=2e-7, settings=settings)
+
+
+def pendulum(implicit, piecewise=None):
+    """A pendulum swung to the side and stopped there, with the least effort."""
+    q, w = State("q", "rad"), State("w", "rad/s")
+    u = Control("u", "rad/s^2", lower=-20, upper=20, piecewise=piecewise)
+    a = Control("a", "rad/s^2", piecewise=piecewise)
+    pull = u - 9.81 * ca.sin(q)
+    rates = {q: w, w: a if implicit else pull}
+    bounds = [Bound("motion", a - pull, lower=0, upper=0)] if implicit else []
+    swing = Phase("swing", rates, {q: 0, w: 0}, {q: 1, w: 0}, end=1.0, bounds=bounds)
+    return Problem("pendulum", swing, minimise=swing.integral(u**2))
+
+
+def test_a_control_that_an_equation_determines_has_a_value_at_each_point():
+    explicit, implicit = solve(pendulum(False)), solve(pendulum(True))
+    # both are within their tolerance of 1e-6 of the same optimum
+    assert implicit.objective == pytest.approx(explicit.objective, rel=2e-6)
+    at = np.linspace(0, 1, 11)
+    assert implicit.sample("q", at) == pytest.approx(explicit.sample("q", at), abs=1e-4)
+
+
+def test_where_it_has_not_the_message_says_how_to_state_it():
+    # four points of an interval, and one level each of torque and acceleration
+    words = r"in an equation of phase 'swing'.*declare it as Algebraic\("
+    with pytest.raises(Overdetermined, match=words):
+        solve(pendulum(True, piecewise="constant"))
