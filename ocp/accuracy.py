@@ -14,6 +14,10 @@ from ocp.keywords import as_written, checked_keywords
 # resolved.
 LEAST, MOST = 1e-9, 0.1
 
+# A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
+# the way to its end.
+SLACK = 10.0
+
 
 @checked_keywords()
 @dataclass(frozen=True, repr=False)

@@ -21,6 +21,7 @@ from ocp.problem.bounds import Bound
 from ocp.problem.problem import Problem, with_objective
 from ocp.problem.symbols import Constant
 from ocp.refinement.budget import Budget
+from ocp.refinement.mesh_solver import PATIENCE
 from ocp.refinement.policies.policy import FixedMesh
 from ocp.solution.solution import Solution
 
@@ -39,9 +40,8 @@ _NEAREST = 0.02
 # Seconds that a solve has if the budget is spent.
 _LEAST_LEFT = 0.1
 
-# Solves at most, and iterations of each: from the neighbouring cap it takes few.
+# Solves at most
 _SOLVES = 12
-_PATIENCE = 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +148,8 @@ def _attempted(
     """A solution within what is left of a budget, None where none was found."""
     if options.settings.seconds is not None:
         changed["seconds"] = max(budget.seconds - budget.elapsed, _LEAST_LEFT)
-    patient = options.settings.solver.within(_PATIENCE, math.inf)
+    # from the neighbouring cap a solver takes few iterations
+    patient = options.settings.solver.within(PATIENCE, math.inf)
 
     with warnings.catch_warnings():
         # what an objective alone leaves without effect is not the user's concern

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array, Flags, Integers
+from ocp.arrays import ROUNDING, Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.hamiltonian import hamiltonian_of
@@ -50,9 +50,6 @@ _OF_ZERO = 1e-3
 
 # Steps of Newton's method towards controls within their limits: the first ones may begin far away
 _NEWTON_STEPS = 6
-
-# Part of a constraint's size that is rounding
-_ROUNDING = 1e-9
 
 # Part of its scale within which a limit is touched: between points a motion is a little off it
 _TOUCHED = 1e-3
@@ -183,7 +180,7 @@ class ControlTrials:
         stated = [dependence.constraints[place] for place in places]
         peaks = iterate.trajectory.peaks_of(iterate.problem)
         pairs = np.array([one.limits(iterate.parameters, peaks) for one in stated]).reshape(-1, 2)
-        slack = _ROUNDING * (1.0 + np.abs(at_motion))
+        slack = ROUNDING * (1.0 + np.abs(at_motion))
         off = np.abs(at_motion[:, :, None] - pairs).min(axis=2)
         near = off <= _TOUCHED * np.array([one.scale for one in stated])
 

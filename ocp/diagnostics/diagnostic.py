@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import casadi as ca
 
+from ocp.accuracy import SLACK, Accuracy
 from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
@@ -110,10 +111,10 @@ class Tolerances:
         For a tolerance that is no positive number.
     """
 
-    replay: float = 1e-6
-    excess: float = 1e-6
+    replay: float = Accuracy.replay
+    excess: float = SLACK * Accuracy.path
     objective: float = 1e-5
-    bounds: float = 1e-5
+    bounds: float = objective
     feasible: float = 1e-8
     stationary: float = 1e-5
     complementary: float = 1e-6

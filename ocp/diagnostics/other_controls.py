@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array, Flags, Integers
+from ocp.arrays import ROUNDING, Array, Flags, Integers
 from ocp.diagnostics.control_trials import EVALUATIONS, ControlTrials, Dependence, dependence_of
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.mesh.trajectory import Evaluator
@@ -35,9 +35,6 @@ from ocp.problem.display import with_unit
 # points of an interval are looked at.
 _POINTS = 4
 _MOST_EVALUATIONS = 200_000
-
-# Part of a control that is rounding
-_ROUNDING = 1e-9
 
 # Part of the Hamiltonian's terms that a difference has to exceed: minima that are as deep as each
 # other, as those of an angle, differ by the errors of the costates.
@@ -113,7 +110,7 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     most = max(found, key=lambda other: other.gain)
     k = int(np.argmax(most.less))
     units = {signal.name: signal.unit for signal in iterate.problem.signals[most.phase]}
-    least = _ROUNDING * np.maximum(np.abs(most.own[k]), np.abs(most.best[k]))
+    least = ROUNDING * np.maximum(np.abs(most.own[k]), np.abs(most.best[k]))
     pair = (np.where(np.abs(of[k]) > least, of[k], 0.0) for of in (most.own, most.best))
     changed = ", ".join(
         f"{with_unit(f'{name} = {best:.4g}', units[name])} instead of {own:.4g}"

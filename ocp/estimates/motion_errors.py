@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.mesh.dense_integral import PANELS
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.piecewise_polynomial import Extremes, dense_grid, maxima
 from ocp.numerics.polynomial_expressions import polynomial_degree
@@ -28,9 +29,7 @@ from ocp.problem.symbols import TIME
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
 
-# Panels of a phase in which something may be narrow, and of each of its intervals, at least; each
-# has so many Gauss points.
-_PANELS = 1000
+# Where something may be narrow: panels in each interval at least, and Gauss points of each
 _OF_INTERVAL = 2
 _OF_PANEL = 4
 
@@ -71,7 +70,7 @@ class DenseSamples:
             Gauss().at(int(motion.degrees.max()) + 2),
         )
         if rough:
-            shares = np.diff(motion.fractions) * _PANELS
+            shares = np.diff(motion.fractions) * PANELS
             counts, rule = np.ceil(shares).astype(np.int64), Gauss().at(_OF_PANEL)
             counts = np.maximum(counts, _OF_INTERVAL)
         starts = np.concatenate([[0], np.cumsum(counts)[:-1]])

@@ -12,15 +12,15 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator, Trajectory
+from ocp.numerics.schemes import Lobatto
 from ocp.problem.functionals import Integral
 
 # Panels of a phase at first, at least; fewer where so many operations would be exceeded
-_PANELS = 1000
+PANELS = 1000
 _OPERATIONS = 1e7
 
-# Lobatto's rule of four points on [0, 1]. The ends are among them, so that no step hides there.
-_POINTS = np.array([0.0, 0.5 - 0.1 * np.sqrt(5.0), 0.5 + 0.1 * np.sqrt(5.0), 1.0])
-_WEIGHTS = np.array([1.0, 5.0, 5.0, 1.0]) / 12.0
+# Points of Lobatto's rule in a panel. The ends are among them, so that no step hides there.
+_OF_PANEL = 4
 
 # Part of the integral of the modulus that panels may be off by together, and times they are cut
 _TOLERANCE = 1e-10
@@ -33,24 +33,24 @@ _FIRST = 0.382
 
 def dense_integral(evaluator: Evaluator, trajectory: Trajectory, integral: Integral) -> float:
     """The integral of an expression over its phase [its unit times s]."""
-    motion = trajectory.phase(integral.phase)
+    motion, rule = trajectory.phase(integral.phase), Lobatto().at(_OF_PANEL)
     lengths = np.diff(motion.breakpoints)
 
     def panels(k: Integers, left: Array, width: Array) -> tuple[Array, Array]:
         """Integrals over panels (m,) of intervals, and those of the modulus."""
-        tau = left[:, None] + width[:, None] * _POINTS
+        tau = left[:, None] + width[:, None] * rule.points
         values = evaluator.values(
             trajectory,
             integral.phase,
             [integral.expression],
-            np.repeat(k, _POINTS.size),
+            np.repeat(k, rule.degree),
             tau.ravel(),
         ).reshape(tau.shape)
-        seconds = (width * lengths[k])[:, None] * _WEIGHTS
+        seconds = (width * lengths[k])[:, None] * rule.weights
         return (values * seconds).sum(axis=1), (np.abs(values) * seconds).sum(axis=1)
 
     nodes = ca.n_nodes(ca.SX(integral.expression))
-    count = min(_PANELS, _OPERATIONS / (_POINTS.size * nodes))
+    count = min(PANELS, _OPERATIONS / (rule.degree * nodes))
     counts = np.maximum(np.ceil(np.diff(motion.fractions) * count).astype(np.int64), 1)
     k = np.repeat(np.arange(motion.intervals), counts)
     width = 1.0 / counts[k]
@@ -64,7 +64,7 @@ def dense_integral(evaluator: Evaluator, trajectory: Trajectory, integral: Integ
         width = np.tile([_FIRST, 1.0 - _FIRST], width.size) * wide
         parts, _ = panels(k, left, width)
         pairs = parts.reshape(-1, 2).sum(axis=1)
-        off = np.abs(pairs - whole) > allowed / _PANELS
+        off = np.abs(pairs - whole) > allowed / PANELS
         total += float(pairs[~off].sum())
         open_ = np.repeat(off, 2)
         k, left, width, whole = k[open_], left[open_], width[open_], parts[open_]

@@ -22,10 +22,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import ROUNDING, Array
 from ocp.errors import StatementError
 from ocp.mesh.mesh import PhaseMesh, distinct
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.problem.instants import SAMPLES
 from ocp.problem.parameters import Interval, Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -36,7 +37,7 @@ from ocp.problem.symbols import Between, ByFraction, Signal, State
 _LOST = 0.1
 _KEPT = 0.02
 _TIMES_AS_MANY = (1, 2, 4)
-_EVENLY = np.linspace(0.0, 1.0, 4001)
+_EVENLY = np.linspace(0.0, 1.0, SAMPLES)
 
 
 def following(mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str]) -> PhaseMesh:
@@ -191,10 +192,8 @@ def _in_order(stated: Sequence[Time]) -> list[float]:
     ]
 
 
-# Fractions of a phase at which a guess is looked at, and the part of its size that it may leave a
-# straight line by: rounding errors.
-_LOOKED_AT = np.linspace(0.0, 1.0, 17)
-_STRAIGHT = 1e-9
+# Fractions of a phase at which a guess is looked at
+FRACTIONS = np.linspace(0.0, 1.0, 17)
 
 
 class PhaseGuess(Protocol):
@@ -258,10 +257,10 @@ def states_a_motion(problem: Problem, parameters: Parameters) -> bool:
 def states_only_lines(problem: Problem, parameters: Parameters) -> bool:
     """Whether all states run on straight lines in the guess of every phase."""
     for guess in _stated_guesses(problem, parameters).values():
-        values = guess.at_fractions(_LOOKED_AT)
+        values = guess.at_fractions(FRACTIONS)
         for state in guess.phase.states:
-            line = np.interp(_LOOKED_AT, _LOOKED_AT[[0, -1]], values[state.name][[0, -1]])
-            if np.abs(values[state.name] - line).max() > _STRAIGHT * np.abs(line).max():
+            line = np.interp(FRACTIONS, FRACTIONS[[0, -1]], values[state.name][[0, -1]])
+            if np.abs(values[state.name] - line).max() > ROUNDING * np.abs(line).max():
                 return False
     return True
 
@@ -304,7 +303,7 @@ def _stays(guess: StatedGuess, state: Signal) -> bool:
     last = guess.parameters.final_values.get(key)
     if None in (first, last) or first == last:
         return False
-    return bool(np.ptp(guess.at_fractions(_LOOKED_AT)[state.name]) == 0.0)
+    return bool(np.ptp(guess.at_fractions(FRACTIONS)[state.name]) == 0.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -18,7 +18,7 @@ from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
 from ocp.nlp.interrupts import noted_interrupts
 from ocp.nlp.kept import kept_solver
-from ocp.nlp.solver import Listener, NlpResult, Outcome, StartingPoint
+from ocp.nlp.solver import LEAST_SECONDS, Listener, NlpResult, Outcome, StartingPoint
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 
@@ -110,9 +110,8 @@ _SPARE_MEMORY = 50
 _LEAST_COMPLEMENTARITY = 1e-11
 
 # Building the functions counts from this part of the seconds on: with the same options an IPOPT
-# object is kept. No seconds at all would be no limit.
+# object is kept.
 _HARDLY_ANY = 0.01
-_LEAST_SECONDS = 1e-3
 
 # Progress can stall just above the tolerance where an optimum is flat.
 _STALL_FACTOR = 100.0
@@ -170,8 +169,8 @@ class Ipopt:
 
     tolerance: float = 1e-10
     dual_tolerance: float = 1e-6
-    constraint_violation: float = 1e-10
-    complementarity: float = 1e-10
+    constraint_violation: float = tolerance
+    complementarity: float = tolerance
     gap: float = math.inf
     max_iterations: int = 1000
     seconds: float = 1e6
@@ -328,7 +327,7 @@ class Ipopt:
         """All options for a program whose functions took some seconds to build [s]."""
         seconds = self.seconds
         if building > _HARDLY_ANY * seconds:
-            seconds = max(seconds - building, _LEAST_SECONDS)
+            seconds = max(seconds - building, LEAST_SECONDS)
         # the barrier makes all products equal, so that those of thousands of limits add up
         complementarity = min(self.complementarity, self.gap / max(limits.sides, 1))
         least = min(self.complementarity, _LEAST_COMPLEMENTARITY)

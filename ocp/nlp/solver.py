@@ -20,6 +20,9 @@ from ocp.transcription.transcribe import ProgramLimits
 _NEAR = 3
 _SHORT = 1e-3
 
+# [s] that a solver is given at least: it may take none at all for no limit.
+LEAST_SECONDS = 1e-3
+
 Outcome = Literal[
     "solved",
     "infeasible",

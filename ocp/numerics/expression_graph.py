@@ -36,6 +36,7 @@ _OPERANDS = {
 # the result of an operation, or what makes it of the operands
 Replacement: TypeAlias = "ca.SX | Callable[[list[ca.SX]], ca.SX]"
 
+LONGEST = 160  # characters of an expression that is written and not named by its symbols
 _MOST_NAMES = 8  # of symbols that stand for an expression too long to write
 
 
@@ -210,7 +211,7 @@ def _graph_with_calls(expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]) ->
 
 
 def expression_text(
-    expression: ca.SX, name_of: Callable[[ca.SX], str] | None = None, longest: int = 160
+    expression: ca.SX, name_of: Callable[[ca.SX], str] | None = None, longest: int = LONGEST
 ) -> str:
     """A scalar expression as one writes it, such as ``a*sin(q)^2 - 1``.
 

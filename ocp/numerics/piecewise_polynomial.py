@@ -51,7 +51,11 @@ class Extremes:
 
 def dense_grid(degree: int) -> Array:
     """Local times of dense sampling where the collocation has `degree` points, shape (m,)."""
-    count = _SAMPLES_PER_POINT * degree + 9
+    return chebyshev_extrema(_SAMPLES_PER_POINT * degree + 9)
+
+
+def chebyshev_extrema(count: int) -> Array:
+    """Where a Chebyshev polynomial on [0, 1] is largest, its ends among them, shape (count,)."""
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1)))
 
 

@@ -13,12 +13,9 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import ROUNDING, Array
 from ocp.numerics.expression_graph import graph_of
 from ocp.numerics.kinks import stepwise_operations
-
-# Part of the largest curvature that is rounding
-_ROUNDING = 1e-9
 
 
 def curves_upwards(curvature: Array) -> bool:
@@ -26,7 +23,7 @@ def curves_upwards(curvature: Array) -> bool:
     if not np.isfinite(curvature).all():
         return False
     sizes = np.abs(curvature).max(axis=(1, 2))
-    return bool((np.linalg.eigvalsh(curvature)[:, 0] >= -_ROUNDING * sizes).all())
+    return bool((np.linalg.eigvalsh(curvature)[:, 0] >= -ROUNDING * sizes).all())
 
 
 def is_linear(expression: ca.SX, variables: ca.SX) -> bool:

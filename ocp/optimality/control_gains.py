@@ -57,7 +57,7 @@ PARTS = np.array([0.0, 1.0 - 1.0 / _SHORTER, 1.0 - 1.0 / _SHORTER**2, 1.0])
 _PARTS_BACKWARDS = tuple(pairwise((1.0 - PARTS[::-1]).tolist()))
 
 # The rule by which each part is integrated backwards: Radau's, because the equation may be stiff
-_RULE = Radau().at(4)
+_RULE = Radau().at(Radau.degree)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -206,8 +206,9 @@ class _Equation:
         hamiltonian = hamiltonian_of(self.evaluator, self.iterate.transcription, self.index)
 
         def made() -> ca.Function:
-            inputs = [ca.SX.sym(f"i{i}", hamiltonian.function.size1_in(i)) for i in range(4)]
-            value = hamiltonian.function(*inputs)[0]
+            function = hamiltonian.function
+            inputs = [ca.SX.sym(f"i{i}", function.size1_in(i)) for i in range(function.n_in())]
+            value = function(*inputs)[0]
             slope = ca.gradient(value, inputs[0])[: self.states]
             matrix = ca.jacobian(slope, inputs[3])[:, : self.states]
             outputs = [ca.densify(slope), ca.densify(ca.vec(matrix))]
@@ -319,7 +320,7 @@ def _multipliers(slope: Array, limits: Sequence[SharedLimit]) -> Iterator[dict[i
 
 # Gauss points in a part of an interval: twice the usual degree of the controls, whose error
 # oscillates
-_POINTS = 8
+_POINTS = 2 * Radau.degree
 
 # Part of a control's size that it may move at least, where all of its values are the same
 _LEAST_REACH = 1e-3

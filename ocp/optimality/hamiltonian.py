@@ -87,8 +87,9 @@ class Hamiltonian:
 
     def expressions(self) -> tuple[list[ca.SX], ca.SX, ca.SX]:
         """New symbols for the inputs of `function`, with ``H`` and `paths` (n_c,) in them."""
-        inputs = [ca.SX.sym(f"i{i}", self.function.size1_in(i)) for i in range(4)]
-        value, *_, path, _ = self.function(*inputs)
+        function = self.function
+        inputs = [ca.SX.sym(f"i{i}", function.size1_in(i)) for i in range(function.n_in())]
+        value, *_, path, _ = function(*inputs)
         return inputs, value, path
 
     def along(

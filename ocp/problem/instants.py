@@ -46,7 +46,7 @@ _OF_WHOLE: dict[str, Callable[[ca.SX], ca.SX]] = {
 }
 
 # Samples of a function of time over a phase
-_SAMPLES = 4001
+SAMPLES = 4001
 
 
 def stepping_times(expressions: Iterable[ca.SX], start: float, end: float) -> tuple[float, ...]:
@@ -111,7 +111,7 @@ def _crossings(functions: Sequence[ca.SX], start: float, end: float) -> tuple[fl
     def signs(times: Array) -> Array:
         return np.sign(columnwise(function, times)[0])
 
-    times = np.linspace(start, end, _SAMPLES)[:, None]
+    times = np.linspace(start, end, SAMPLES)[:, None]
     found = signs(times)
     rows, numbers = np.nonzero(found[1:] != found[:-1])
     if numbers.size > 2 * _MOST:  # two changes where a sample is zero

@@ -7,14 +7,14 @@ from typing import Any
 
 import casadi as ca
 
-from ocp.numerics.expression_graph import ExpressionGraph, expression_text, graph_of
+from ocp.numerics.expression_graph import LONGEST, ExpressionGraph, expression_text, graph_of
 from ocp.problem.symbols import Symbol, resolve, scalar
 
 # Characters of an expression within a sentence
 SHORT = 60
 
 
-def text_of(expression: Any, longest: int = 160) -> str:
+def text_of(expression: Any, longest: int = LONGEST) -> str:
     """An expression as one writes it, values of the motion with what they are values of.
 
     Parameters

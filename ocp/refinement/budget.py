@@ -6,7 +6,7 @@ import math
 import time as clock
 from dataclasses import dataclass, field
 
-from ocp.nlp.solver import NlpSolver
+from ocp.nlp.solver import LEAST_SECONDS, NlpSolver
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,7 @@ class Budget:
         """A solver that begins after that many iterations, cut to what is left."""
         if math.isinf(self.iterations) and math.isinf(self.seconds):
             return solver
-        # a solver may take no seconds at all for no limit
-        seconds = max(self.seconds - self.elapsed, 1e-3)
+        seconds = max(self.seconds - self.elapsed, LEAST_SECONDS)
         return solver.within(max(self.iterations - iterations, 0), seconds)
 
     def __str__(self) -> str:

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from ocp.accuracy import Accuracy
+from ocp.accuracy import SLACK, Accuracy
 from ocp.errors import Collapsed, NumericalTrouble, Unbounded
 from ocp.estimates.kink_crossings import NEAR
 from ocp.optimality.unwrapping import lost_angle
@@ -16,7 +16,6 @@ from ocp.refinement.planning import History, NextStep
 from ocp.refinement.runaway import growth, impulse
 from ocp.refinement.solved_mesh import (
     OVERPROMISE,
-    VERIFIABLE_SLACK,
     Ending,
     SolvedMesh,
     best_of,
@@ -207,7 +206,7 @@ def stands_still(
 
     # what leaks of the looser tolerance may be worth, however loosely the optimum is asked for
     objectives = [s.iterate.objective for s in latest]
-    slack = min(accuracy.objective, VERIFIABLE_SLACK * accuracy.path) * last.iterate.objective_size
+    slack = min(accuracy.objective, SLACK * accuracy.path) * last.iterate.objective_size
     if max(objectives) - min(objectives) > slack:
         return False
     finer = any(s.finer for s in latest[1:])

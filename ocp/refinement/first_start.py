@@ -31,8 +31,8 @@ from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import collapsed, counted
 from ocp.nlp.solver import NlpResult
 from ocp.refinement.convexity import seems_convex
-from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.search import HOPEFUL, PATIENCE, FirstMesh, MeshAnswer, best_of_several
+from ocp.refinement.mesh_solver import PATIENCE, MeshSolver
+from ocp.refinement.search import HOPEFUL, FirstMesh, MeshAnswer, best_of_several
 from ocp.refinement.sizes_after import OUTSIZED
 from ocp.scaling.scales import SHRUNK
 from ocp.transcription.packing import trajectory_of

@@ -36,9 +36,9 @@ Run = Callable[[NlpSolver, StartingPoint], NlpResult]
 
 # A warm start from the mesh iteration before takes some dozens of iterations. Near a degenerate
 # optimum it can wander from there for a thousand, where another line search or a start without
-# multipliers ends soon. Where that happened on the mesh before, it is not waited for again.
-_PATIENCE = 300
-_PATIENCE_AFTER_RETRIES = 60
+# multipliers ends soon. So an attempt ends after these iterations. What has mostly lost its way, as
+# where that happened on the mesh before, ends after the second number.
+PATIENCE, LEAST_PATIENCE = 300, 60
 
 
 def with_retries(
@@ -100,9 +100,9 @@ def _attempts(
         yield solver, start
     elif start.multipliers is not None:
         retried = before[-1].attempts > 1
-        patience = _PATIENCE_AFTER_RETRIES if retried else _PATIENCE
+        patience = LEAST_PATIENCE if retried else PATIENCE
         yield solver.within(patience, float("inf")), start
-        patient = solver.within(_PATIENCE, float("inf"))
+        patient = solver.within(PATIENCE, float("inf"))
         for other in patient.alternatives(warm=True):
             yield other, start
 

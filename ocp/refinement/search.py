@@ -23,20 +23,16 @@ from ocp.estimates.motion_errors import MotionErrors
 from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess, meet_freely
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.nlp.solver import NlpResult, NlpSolver, StartingPoint
-from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.mesh_solver import LEAST_PATIENCE, PATIENCE, MeshSolver
 from ocp.refinement.solved_mesh import MeshIteration, SolvedMesh, iterations_of, record_of
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import Transcription
 
 Attempts = Iterable[tuple[NlpSolver, StartingPoint]]
 
-# Iterations of an attempt at most
-PATIENCE = 300
-
 # An attempt also ends after this many times the iterations that answers from other starts took, but
-# not before the second number: what takes longer has mostly lost its way.
+# not before `LEAST_PATIENCE`: what takes longer has mostly lost its way.
 _TIMES_THE_USUAL = 5
-_LEAST_PATIENCE = 60
 # The same where answers agree already, and further starts only confirm them. In 77 searches of 27
 # problems none of these found a better answer.
 _TIMES_TO_CONFIRM = 2
@@ -127,7 +123,7 @@ def _usual_patience(answers: Sequence[NlpResult], *, confirms: bool) -> float:
     if not answers:
         return inf
     times, least = (
-        (_TIMES_TO_CONFIRM, _LEAST_TO_CONFIRM) if confirms else (_TIMES_THE_USUAL, _LEAST_PATIENCE)
+        (_TIMES_TO_CONFIRM, _LEAST_TO_CONFIRM) if confirms else (_TIMES_THE_USUAL, LEAST_PATIENCE)
     )
     return max(least, times * float(np.median([answer.iterations for answer in answers])))
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocp.mesh.initial_guess import InitialGuess, initial_guess
+from ocp.mesh.initial_guess import FRACTIONS, InitialGuess, initial_guess
 from ocp.optimality.iterate import Iterate
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.scaling.automatic import scales_of
 from ocp.scaling.scales import Scales, far_below_limits, is_brief, roomy
-from ocp.scaling.symbol_sizes import FRACTIONS, NOTHING, largest_end_value, largest_finite
+from ocp.scaling.symbol_sizes import NOTHING, largest_end_value, largest_finite
 
 # Of the sizes that the guess gave: values beyond are outsized.
 OUTSIZED = 1e4

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Literal
 
-from ocp.accuracy import Accuracy
+from ocp.accuracy import SLACK, Accuracy
 from ocp.estimates.error_estimate import MeshErrors
 from ocp.estimates.kink_crossings import NEAR
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
@@ -117,10 +117,6 @@ def iterations_of(rounds: Sequence[MeshIteration]) -> int:
     return sum(entry.iterations for entry in rounds)
 
 
-# Factor by which constraints may miss their tolerance in a mesh iteration that is good enough to be
-# verified where no better one was found: the slack that the verification has, too.
-VERIFIABLE_SLACK = 10.0
-
 # Factor by which a promised gain, which is of first order, is often more than what is gained. Up to
 # so many times the tolerance it is little.
 OVERPROMISE = 10.0
@@ -188,7 +184,7 @@ class SolvedMesh:
 
     def is_verifiable(self, accuracy: Accuracy) -> bool:
         """Whether the motion holds to the slack that the verification has."""
-        return self.holds(accuracy, VERIFIABLE_SLACK)
+        return self.holds(accuracy, SLACK)
 
     def meets(self, accuracy: Accuracy) -> bool:
         """Whether the motion holds, and finer controls promise no more than the tolerance."""

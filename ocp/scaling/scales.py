@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from ocp.mesh.initial_guess import InitialGuess
+from ocp.mesh.initial_guess import FRACTIONS, InitialGuess
 from ocp.mesh.trajectory import Trajectory
 from ocp.problem.functionals import Functional
 from ocp.problem.parameters import Parameters
-from ocp.scaling.symbol_sizes import BOUNDS, FRACTIONS, GUESSED_NUMBER, STATED, largest_finite
+from ocp.scaling.symbol_sizes import BOUNDS, GUESSED_NUMBER, STATED, largest_finite
 
 # Part of its values, below which the way of a state counts instead of them, and up to which two
 # numbers are one, computed in two ways

@@ -20,15 +20,12 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.initial_guess import InitialGuess
+from ocp.mesh.initial_guess import FRACTIONS, InitialGuess
 from ocp.problem.functionals import Functional
 from ocp.problem.parameters import Interval, Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, Constant, Signal, Symbol, Unknown, column_of
-
-# of a phase, at which a guess is looked at
-FRACTIONS = np.linspace(0.0, 1.0, 17)
 
 # of its size, up to which a signal or a change is what a solver leaves of zero
 NOTHING = 1e-4

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
 
-from ocp.arrays import Array, Integers
+from ocp.arrays import ROUNDING, Array, Integers
 from ocp.errors import StatementError
 from ocp.estimates.motion_errors import dense_peak
 from ocp.keywords import checked_methods
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 Kept = TypeVar("Kept")
 # Samples of a phase at which a peak is looked for that the problem does not state
 _SAMPLES = 4000
-
-_ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 
 
 @checked_methods("value", "sample", "costate", "table", "to_csv", "plot")
@@ -354,7 +352,7 @@ def _sampled(
     flat = t.ravel()
     result = np.full((count, flat.size), np.nan)
     for motion in trajectory.phases if phase is None else [trajectory.phase(phase)]:
-        slack = _ROUNDING * (1.0 + abs(motion.end - motion.start))
+        slack = ROUNDING * (1.0 + abs(motion.end - motion.start))
         here = (flat >= motion.start - slack) & (flat <= motion.end + slack)
         if here.any():
             intervals, tau = motion.locate(np.clip(flat[here], motion.start, motion.end))

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
+from ocp.accuracy import SLACK, Accuracy
 from ocp.arrays import TINY, Array
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.columnwise import called, columnwise
@@ -51,9 +52,9 @@ STEP_TOLERANCE = 1e-11
 _SAME_INSTANT = 1e-9
 _SAME_STATE = 1e-7
 
-# Factor by which a segment may amplify errors. Beyond it the errors of the replay's own steps of
-# 1e-11 would fill ten times the tolerance of 1e-6 for the missed end.
-MOST = 1e6
+# Factor by which a segment may amplify errors. Beyond it the errors of the replay's own steps would
+# fill what it may miss its end by if nothing else is asked for.
+MOST = SLACK * Accuracy.replay / STEP_TOLERANCE
 
 # Parts of an interval in each of which df/dx is taken as constant. The growth is asked for its
 # order of magnitude, not for its digits.

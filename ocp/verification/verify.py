@@ -36,7 +36,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from ocp.accuracy import Accuracy
+from ocp.accuracy import SLACK, Accuracy
 from ocp.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.estimates.promised_gain import worth_of_excess
 from ocp.mesh.dense_integral import dense_integral
@@ -51,10 +51,6 @@ from ocp.verification.simulation import MOST, SimulatedMotion, replayed, simulat
 
 # The end of a verdict that no second solve stands behind
 NOT_CONFIRMED = "not confirmed (ocp.certify)"
-
-# A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
-# the way to its end.
-_SLACK = 10.0
 
 # Of the objective: what violations of limits may change it by. Above it the answer is of another
 # kind.
@@ -325,13 +321,13 @@ def _compared(
     )
     yield _Compared(
         numbers.excess,
-        _SLACK * accuracy.path,
+        SLACK * accuracy.path,
         "a path constraint or peak of the replay is exceeded by {} of its size; if its value is "
         "nearly zero, state scale= of the Bound or peak, the size that matters",
     )
     yield _Compared(
         numbers.dynamics,
-        _SLACK * accuracy.dynamics,
+        SLACK * accuracy.dynamics,
         "the dynamics, an integral or an equation is off by {} between the points",
     )
     yield _Compared(
@@ -342,13 +338,13 @@ def _compared(
     )
     yield _Compared(
         abs(numbers.replayed_objective - numbers.objective) / size,
-        _SLACK * max(accuracy.replay, accuracy.path if numbers.peaks else 0.0),
+        SLACK * max(accuracy.replay, accuracy.path if numbers.peaks else 0.0),
         "the objective of the replay differs from the solver's by {} of its size"
         + _loose_peaks(numbers),
     )
     yield _Compared(
         of_kinks,
-        _SLACK * accuracy.replay,
+        SLACK * accuracy.replay,
         "the costs are too small between the points of the mesh by {} of the objective: the "
         "control that stands for a modulus, a largest value or the size of a vector is below it "
         "there; allow more intervals, and for a vector state the scale= of its controls",
@@ -357,7 +353,7 @@ def _compared(
     for excesses, allowed in ((path, accuracy.path), (dict(numbers.bounds), accuracy.replay)):
         for name, excess in excesses.items():
             words = f"'{name}' is exceeded by {{}} of its size"
-            yield _Compared(excess, _SLACK * allowed, words)
+            yield _Compared(excess, SLACK * allowed, words)
 
 
 def _loose_peaks(numbers: Verification) -> str:

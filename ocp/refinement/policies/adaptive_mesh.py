@@ -17,7 +17,7 @@ from ocp.mesh.mesh import Mesh, PhaseMesh, bisected, same_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.policies.back_off import chosen_back_offs
 from ocp.refinement.policies.brackets import hindered, with_movable_switches
-from ocp.refinement.policies.kink_breakpoints import crossings_to_meet
+from ocp.refinement.policies.kink_breakpoints import MANY, TOO_MANY, crossings_to_meet
 from ocp.refinement.policies.next_phase import (
     MeshDemands,
     NextPhase,
@@ -25,18 +25,12 @@ from ocp.refinement.policies.next_phase import (
     next_phase,
     worthwhile_jumps,
 )
-from ocp.refinement.policies.policy import MeshPolicy, check_counts
+from ocp.refinement.policies.policy import HIGHEST_DEGREE, MeshPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh, is_refuted
 
 # Relative error of the dynamics above which switches are as imaginary as the motion: breakpoints
 # that move onto them lead the solver astray.
 _A_MOTION = 1e-2
-# Jumps by intervals of a mesh, and how many at least, beyond which it does not resolve controls.
-# They move and vanish on the next mesh, while a bracket around each leaves none of its intervals to
-# be cut for anything else, and makes programs that the solver gives up. A finer mesh tells which of
-# them there are.
-_TOO_MANY = 0.3
-_MANY = 16
 # Intervals that share this part of the tolerance on the objective need no finer control.
 _LEFT_ALONE = 0.25
 # Nor does one that gains less than this part of what the worst one gains. It is small, because what
@@ -84,7 +78,7 @@ class AdaptiveMesh:
 
     rounds: int = 25
     most_intervals: int = 4000
-    highest_degree: int = 8
+    highest_degree: int = HIGHEST_DEGREE
     move_breakpoints: bool = True
     most_unknowns: int = 100_000
 
@@ -206,8 +200,11 @@ class AdaptiveMesh:
 def _resolves_jumps(last: SolvedMesh, accuracy: Accuracy) -> bool:
     """Whether a mesh tells jumps of controls from what it does not resolve of them."""
     pairs = list(zip(last.iterate.mesh.phases, last.errors.phases, strict=True))
+    # beyond that they move and vanish on the next mesh, while a bracket around each leaves none of
+    # its intervals to be cut for anything else, and makes programs that the solver gives up: a
+    # finer mesh tells which of them there are
     jumps = sum(len(worthwhile_jumps(*pair, accuracy.objective)) for pair in pairs)
-    return jumps <= max(_MANY, _TOO_MANY * last.iterate.mesh.intervals)
+    return jumps <= max(MANY, TOO_MANY * last.iterate.mesh.intervals)
 
 
 def _only_peaks_leak(last: SolvedMesh, accuracy: Accuracy) -> bool:

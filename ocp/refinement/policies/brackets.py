@@ -113,8 +113,9 @@ def _moves(mesh: Mesh) -> bool:
 _BRACKET = 0.15
 # Of its width before: an interval this narrow is pressed together by a movable breakpoint.
 _PRESSED = 0.03
-# Of the phase: an interval this narrow is none.
-_VANISHED = 1e-7
+# Of the phase: an interval this narrow is none beside a movable breakpoint, and none is cut to such
+# widths for its controls or constraints.
+NARROWEST = 1e-7
 _NOWHERE = np.empty(0)
 
 
@@ -229,7 +230,7 @@ def settled(
     blocked = False
     for k in np.flatnonzero(mesh.moving & (after < _PRESSED * before)):
         left, right = int(k), int(k) + 1
-        if after[k] < _VANISHED:
+        if after[k] < NARROWEST:
             gone.add(right if right in movable and right < last else left)
             blocked = True
         elif pinned[left] or pinned[right]:

@@ -21,9 +21,10 @@ from ocp.estimates.kink_crossings import NEAR_WHILE_ROUGH, KinkCrossings
 from ocp.mesh.mesh import SAME_POINT, PhaseMesh
 from ocp.refinement.solved_mesh import SolvedMesh
 
-# Crossings by intervals of a mesh, and how many at least, beyond which it does not resolve them
-_TOO_MANY = 0.3
-_MANY = 16
+# Crossings or jumps by intervals of a mesh, and how many at least, beyond which it does not resolve
+# them
+TOO_MANY = 0.3
+MANY = 16
 
 # Meshes after which the farthest crossing has to have come as near as this to its breakpoint
 _PATIENCE = 4
@@ -85,7 +86,7 @@ def are_met(history: Sequence[KinkCrossings], intervals: int) -> bool:
     intervals : int
         Of the last one.
     """
-    if history[-1].count > max(_MANY, _TOO_MANY * intervals):
+    if history[-1].count > max(MANY, TOO_MANY * intervals):
         return False
     off = np.array([crossings.farthest for crossings in history])
     then, now = off[: -_PATIENCE or None], off[_PATIENCE:]

@@ -26,15 +26,16 @@ from ocp.estimates.motion_errors import MotionErrors
 from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
+from ocp.numerics.piecewise_polynomial import chebyshev_extrema
 from ocp.numerics.schemes import Scheme
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
-from ocp.refinement.policies.policy import MeshPolicy, check_counts
+from ocp.refinement.policies.policy import HIGHEST_DEGREE, MeshPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.transcribe import Transcription
 
 # Samples of an interval: both ends, so that a jump between two intervals counts as one.
-_SAMPLES = 0.5 - 0.5 * np.cos(np.pi * np.arange(5) / 4)
+_SAMPLES = chebyshev_extrema(5)
 
 # Of the phase: constraints are imposed at the points of an interval, so none is longer than this.
 _WIDEST = 0.2
@@ -141,7 +142,7 @@ class MovingMesh:
 
     rounds: int = 2
     most_intervals: int = 200
-    highest_degree: int = 8
+    highest_degree: int = HIGHEST_DEGREE
     kept: Accuracy | None = None
 
     adapts: ClassVar[bool] = True

@@ -19,7 +19,7 @@ from ocp.mesh.mesh import ExtraPoints, PhaseMesh, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.control_gains import PARTS
 from ocp.refinement.policies.back_off import without_closed
-from ocp.refinement.policies.brackets import freed_at, settled, with_brackets
+from ocp.refinement.policies.brackets import NARROWEST, freed_at, settled, with_brackets
 from ocp.refinement.policies.kink_breakpoints import with_crossings, with_sides
 from ocp.refinement.solved_mesh import SolvedMesh
 
@@ -38,9 +38,7 @@ _WORTHWHILE = 40
 _ANYWHERE = 5
 # An interval that keeps this part of its width beside a new bracket still stands for itself.
 WHOLE = 0.8
-# of the phase: narrower intervals are not cut for their controls or constraints
-_NARROWEST = 1e-7
-# Of its end: narrower intervals are not cut for their dynamics either, because their breakpoints
+# Of its end: intervals below this are not cut for their dynamics, because their breakpoints
 # would be rounded. Stiff kinetics of hours begin within microseconds.
 _ROUNDED = 1e-9
 
@@ -103,7 +101,7 @@ class Marks:
         # a cut there would be one more place for the breakpoint to stop at
         inexact, forced = inexact & ~on_its_way, forced & ~on_its_way
         width = np.diff(mesh.breakpoints)
-        wide, inexact = width > _NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
+        wide, inexact = width > NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
         return cls(
             split=inexact | ((forced | (errors.gain >= least_gain)) & wide),
             parts=np.full(mesh.intervals, 2) if halve else _parts(errors, least_gain),

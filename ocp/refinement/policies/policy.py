@@ -17,6 +17,9 @@ from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.refinement.solved_mesh import SolvedMesh
 
+# To which refinement may raise the degree of a mesh by default
+HIGHEST_DEGREE = 8
+
 
 @runtime_checkable
 class MeshPolicy(Protocol):
@@ -75,7 +78,7 @@ class FixedMesh:
         For a number that is no positive integer.
     """
 
-    highest_degree: int = 8
+    highest_degree: int = HIGHEST_DEGREE
 
     adapts: ClassVar[bool] = False
     rounds: ClassVar[int] = 1
