@@ -9,26 +9,23 @@ from ocp import (
     Algebraic,
     Bound,
     Constant,
-    Control,
     HomotopyStopped,
     Infeasible,
     Phase,
     Problem,
-    State,
     Unknown,
     homotopy,
     relaxed,
     solve,
 )
+from tests.ocp.problems import double_integrator
 
-x, v, a = State("x", "m"), State("v", "m/s"), Control("a", "m/s^2")
+x, v, a, RATES = double_integrator()
 
 
-def over(bound, far=1.0, start=0.0):
+def over(bound, far=1.0):
     """A move from rest to rest within a limit."""
-    move = Phase(
-        "move", {x: v, v: a}, {x: start, v: 0}, {x: start + far, v: 0}, end=1.0, bounds=[bound]
-    )
+    move = Phase("move", RATES, {x: 0, v: 0}, {x: far, v: 0}, end=1.0, bounds=[bound])
     return Problem("over", move, minimise=move.integral(a**2))
 
 
@@ -68,19 +65,13 @@ def test_rounding_is_no_excess():
 
 def test_a_limit_of_what_is_free_is_left_to_the_solver():
     p, y = Unknown("p", "m", lower=0, upper=3), Algebraic("y", "m")
-    move = Phase(
-        "move",
-        {x: v, v: a},
-        {x: 0, v: 0},
-        {x: 1, v: 0},
-        end=1.0,
-        bounds=[
-            Bound("roof", x - p, "m", upper=0),
-            Bound("same", y - x, "m", lower=0, upper=0),
-            Bound("force", a + x, "m/s^2", upper=20),
-            Bound("below", y, "m", upper=1),
-        ],
-    )
+    bounds = [
+        Bound("roof", x - p, "m", upper=0),
+        Bound("same", y - x, "m", lower=0, upper=0),
+        Bound("force", a + x, "m/s^2", upper=20),
+        Bound("below", y, "m", upper=1),
+    ]
+    move = Phase("move", RATES, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0, bounds=bounds)
     found = solve(Problem("free", move, minimise=move.integral(a**2) + p))
     assert found.objective == pytest.approx(13.0, rel=1e-5)
 

@@ -12,7 +12,6 @@ from ocp import (
     TIME,
     Accuracy,
     Algebraic,
-    Between,
     Bound,
     Control,
     Interrupted,
@@ -32,6 +31,7 @@ from ocp import (
     solve_lexicographic,
 )
 from tests.ocp.named_schemes import scheme_named
+from tests.ocp.problems import dash, double_integrator, least_effort, rest_to_rest, two_halves
 
 SCHEMES = ("radau", "gauss", "lobatto", "hermite-simpson", "trapezoid")
 SHAPES = ("constant", "linear", "polynomial")
@@ -66,23 +66,15 @@ def optimum(name, value, shape=None):
     return pytest.approx(value, rel=settings_of(name, shape).accuracy.objective)
 
 
-def double_integrator(**options):
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", **options)
-    return x, v, u, {x: v, v: u}
-
-
 @cache
-def least_effort(name, shape=None):
+def transfer(name, shape=None):
     """1 m in 1 s from rest to rest: J = 12 D^2 / T^3, u = 6 - 12 t."""
-    x, v, u, rates = double_integrator(piecewise=shape)
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
-    problem = Problem("transfer", phase, minimise=phase.integral(u**2))
-    return solve(problem, settings=settings_of(name, shape))
+    return solve(least_effort(piecewise=shape), settings=settings_of(name, shape))
 
 
 @pytest.mark.parametrize("shape", [pytest.param("constant", marks=pytest.mark.slow), *SHAPES[1:]])
 def test_shapes_of_controls(name, shape):
-    found = least_effort(name, shape)
+    found = transfer(name, shape)
     assert found.objective == optimum(name, 12.0, shape)
     times = np.linspace(0.0, 1.0, 12)[1:-1]
     # steps: half a step of 12 / 80 off at least; else exact, or of second order
@@ -93,18 +85,15 @@ def test_shapes_of_controls(name, shape):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_free_time_and_a_breakpoint_that_moves_onto_the_switch(name, shape):
     # sqrt(2 D (1/a + 1/b)) = 30 s, the switch at 20 s lies on no breakpoint of the first mesh
-    x, v, u, rates = double_integrator(lower=-2, upper=1, piecewise=shape)
-    phase = Phase("dash", rates, initial={x: 0, v: 0}, final={x: 300, v: 0}, end=Between(1, 100))
-    found = solve(Problem("dash", phase, minimise=phase.end_time), settings=settings_of(name))
+    found = solve(dash(piecewise=shape), settings=settings_of(name))
     assert found.objective == optimum(name, 30.0)
     if name != "trapezoid":  # whose tolerance is met without
         assert np.abs(found.breakpoints - 20.0).min() <= 1e-5
-    assert np.all(np.isin(np.round(found.sample(u, [1, 19, 21, 29]), 4), [-2, 1]))
+    assert np.all(np.isin(np.round(found.sample("u", [1, 19, 21, 29]), 4), [-2, 1]))
 
 
 def test_peak_of_an_absolute_value(name):
-    x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
+    _, _, u, phase = rest_to_rest()
     problem = Problem("softly", phase, minimise=phase.peak(u, absolute=True))
     found = solve(problem, settings=settings_of(name))
     assert found.objective == optimum(name, 4.0)
@@ -112,15 +101,9 @@ def test_peak_of_an_absolute_value(name):
 
 
 def test_peak_over_two_phases_with_another_signal_in_each(name):
-    x, v, u, rates = double_integrator()
-    first = Phase("first", rates, initial={x: 0, v: 0}, end=0.5)
-    second = Phase("second", rates, final={x: 1, v: 0}, start=0.5, end=1.0)
-    problem = Problem(
-        "softly",
-        [first, second],
-        minimise=peak((first, u), (second, -u)),
-        links=joined(first, second),
-    )
+    _, _, u, (first, second), links = two_halves()
+    top = peak((first, u), (second, -u))
+    problem = Problem("softly", [first, second], minimise=top, links=links)
     found = solve(problem, settings=settings_of(name))
     assert found.objective == optimum(name, 4.0)
     assert found.iterations <= 40  # an undetermined control at the switch took a thousand
@@ -130,12 +113,9 @@ def test_peak_over_two_phases_with_another_signal_in_each(name):
 def test_a_path_bound_holds_between_the_points(name):
     x, v, u, rates = double_integrator()
     ceiling = Bound("ceiling", x + 0 * v, "m", upper=1 / 9)
-    phase = Phase(
-        "ride", rates, initial={x: 0, v: 1}, final={x: 0, v: -1}, bounds=[ceiling], end=1.0
-    )
-    found = solve(
-        Problem("ride", phase, minimise=phase.integral(u**2 / 2)), settings=settings_of(name)
-    )
+    phase = Phase("ride", rates, {x: 0, v: 1}, {x: 0, v: -1}, bounds=[ceiling], end=1.0)
+    problem = Problem("ride", phase, minimise=phase.integral(u**2 / 2))
+    found = solve(problem, settings=settings_of(name))
     assert found.objective == optimum(name, 4.0)
     dense = found.sample(x, np.linspace(0, 1, 10_000)).max()
     assert dense - 1 / 9 <= settings_of(name).accuracy.path / 9
@@ -145,15 +125,10 @@ def test_a_jump_link(name):
     x, v, u, rates = double_integrator()
     first = Phase("first", rates, initial={x: 0, v: 0}, end=1)
     second = Phase("second", rates, final={x: 1, v: 0}, start=1, end=2)
-    found = solve(
-        Problem(
-            "bump",
-            [first, second],
-            minimise=first.integral(u**2) + second.integral(u**2),
-            links=joined(first, second, jump={v: 0.5 * v}),
-        ),
-        settings=settings_of(name),
-    )
+    effort = first.integral(u**2) + second.integral(u**2)
+    links = joined(first, second, jump={v: 0.5 * v})
+    problem = Problem("bump", [first, second], minimise=effort, links=links)
+    found = solve(problem, settings=settings_of(name))
     assert found.objective == optimum(name, 60 / 37)
     ratio = found.sample(v, 1.0, second) / found.sample(v, 1.0, first)
     assert ratio == pytest.approx(0.5, rel=1e-8)
@@ -162,8 +137,7 @@ def test_a_jump_link(name):
 def test_a_value_at_a_time_inside(name):
     # clamped beam under a point load at a: 12 + (1/2 - s(a))^2 3 / (a (1 - a))^3, s = 3a^2 - 2a^3
     a = 0.35
-    x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
+    x, _, u, phase = rest_to_rest()
     via = Bound("via", phase.at(a, x), "m", 0.5, 0.5)
     problem = Problem("via", phase, minimise=phase.integral(u**2), bounds=[via])
     found = solve(problem, settings=settings_of(name))
@@ -229,9 +203,8 @@ def test_objectives_in_order(name):
     x, v, u, rates = double_integrator(lower=-1, upper=1)
     phase = Phase("push", rates, initial={x: 0, v: 0}, end=1.0)
     problem = Problem("push", phase, maximise=phase.at_end(x))
-    found = solve_lexicographic(
-        problem, [-phase.at_end(x), phase.integral(u**2)], slack=3e-3, settings=settings_of(name)
-    )
+    costs = [-phase.at_end(x), phase.integral(u**2)]
+    found = solve_lexicographic(problem, costs, slack=3e-3, settings=settings_of(name))
     assert found.solution.objective == optimum(name, 1 - 2 / 3 * math.sqrt(6 * 1.5e-3))
 
 
@@ -239,25 +212,25 @@ def test_costates(name):
     # H = u^2 + p v + q u: p = -24, q = -2 u = 24 t - 12
     times = np.linspace(0.05, 0.95, 7)
     allowed = 1e-5 if name != "trapezoid" else 0.1  # first order, 320 intervals, sizes of 24
-    found = least_effort(name)
+    found = transfer(name)
     np.testing.assert_allclose(found.costate("x", times), -24.0, atol=allowed)
     np.testing.assert_allclose(found.costate("v", times), 24 * times - 12, atol=allowed)
 
 
 def test_sensitivities(name):
-    found = least_effort(name).sensitivities()
+    found = transfer(name).sensitivities()
     allowed = 1e-7 if name != "trapezoid" else 1e-4
     assert found["move: x final"] == pytest.approx(24.0, rel=allowed)
     assert found["move: end"] == pytest.approx(-36.0, rel=allowed)
 
 
 def test_certificate(name):
-    certificate = certify(least_effort(name), LOOSE[name])
+    certificate = certify(transfer(name), LOOSE[name])
     assert certificate.passed, str(certificate)
 
 
 def test_saved_and_loaded(name, tmp_path):
-    found = least_effort(name)
+    found = transfer(name)
     save(found, tmp_path / "kept")
     again, times = load(tmp_path / "kept"), np.linspace(0, 1, 9)
     assert again.objective == found.objective
@@ -267,8 +240,8 @@ def test_saved_and_loaded(name, tmp_path):
 
 @pytest.mark.parametrize("other", ["gauss", "trapezoid"])
 def test_another_transcription_is_a_guess(name, other):
-    found = least_effort(name)
-    again = solve(found.problem, guess=least_effort(other).trajectory, settings=settings_of(name))
+    found = transfer(name)
+    again = solve(found.problem, guess=transfer(other).trajectory, settings=settings_of(name))
     assert again.objective == optimum(name, 12.0)
 
 

@@ -1,6 +1,7 @@
-"""Families of motions: each member from the one before, refined and verified when asked."""
+"""Families and Pareto fronts: each motion from the one before, refined and verified when asked."""
 
 import dataclasses
+import itertools
 import math
 import signal
 
@@ -24,15 +25,16 @@ from ocp import (
     State,
     StatementError,
     family,
+    front,
     solve,
 )
 from ocp.refinement.policies.moving_mesh import KeptWhileGood
-from tests.ocp.problems import STRONGEST, least_time, race
+from tests.ocp.problems import STRONGEST, double_integrator, least_time, race, rest_to_rest
 
 FEW = Settings(intervals=8)
 
 
-def test_members_follow_their_switch_on_one_mesh_and_few_meshes_are_made() -> None:
+def test_members_follow_their_switch_on_one_mesh_and_few_meshes_are_made():
     values = np.linspace(1.0, 6.0, 26)
     found = family(race(), STRONGEST, values, settings=FEW)
     assert found.values == pytest.approx(values)
@@ -48,7 +50,7 @@ def test_members_follow_their_switch_on_one_mesh_and_few_meshes_are_made() -> No
     assert "6: objective" in repr(found.members[-1])
 
 
-def test_a_member_refined_and_verified_is_what_a_solve_finds() -> None:
+def test_a_member_refined_and_verified_is_what_a_solve_finds():
     problem = race()
     found = family(problem, STRONGEST, [1.0, 1.5, 2.0], settings=FEW)
     solutions = found.solutions()
@@ -61,7 +63,7 @@ def test_a_member_refined_and_verified_is_what_a_solve_finds() -> None:
     assert solutions[-1].iterations < alone.iterations
 
 
-def test_a_mesh_that_stays_is_everybodys() -> None:
+def test_a_mesh_that_stays_is_everybodys():
     fixed = dataclasses.replace(FEW, refinement=FixedMesh())
     found = family(race(), STRONGEST, [1.0, 1.02, 1.04], settings=fixed)
     assert len({id(member.iterate.transcription) for member in found.members}) == 1
@@ -69,13 +71,13 @@ def test_a_mesh_that_stays_is_everybodys() -> None:
     assert found.objectives == pytest.approx([least_time(v) for v in found.values], rel=1e-2)
 
 
-def test_a_member_far_from_its_neighbour_is_refined_on_a_mesh_of_its_own() -> None:
+def test_a_member_far_from_its_neighbour_is_refined_on_a_mesh_of_its_own():
     short = dataclasses.replace(FEW, solver=Ipopt(max_iterations=40))
     found = family(race(), STRONGEST, [1.0, 1.01, 1e3], settings=short)
     assert found.objectives[-1] == pytest.approx(least_time(1e3), rel=1e-5)
 
 
-def test_a_member_that_is_not_found_is_named_and_those_before_it_are_kept() -> None:
+def test_a_member_that_is_not_found_is_named_and_those_before_it_are_kept():
     words = r"family in 'strongest' stopped at 0\.001 m/s\^2: .*; the 2 members before are in error"
     with pytest.raises(FamilyStopped, match=words) as caught:
         family(race(), STRONGEST, [1.0, 1.01, 1e-3], settings=FEW)
@@ -85,27 +87,27 @@ def test_a_member_that_is_not_found_is_named_and_those_before_it_are_kept() -> N
 
 
 @pytest.mark.parametrize("values", [[], [1.0, math.nan]])
-def test_a_family_needs_values(values: list[float]) -> None:
+def test_a_family_needs_values(values):
     with pytest.raises(StatementError, match=r"family in 'strongest' has the values .* give one"):
         family(race(), STRONGEST, values)
 
 
-def test_values_are_checked_like_those_of_a_solve() -> None:
+def test_values_are_checked_like_those_of_a_solve():
     with pytest.raises(StatementError, match="cross"):
         family(race(), STRONGEST, [1.0, -2.0], settings=FEW)
 
 
-def test_other_constants_keep_their_values() -> None:
+def test_other_constants_keep_their_values():
     way = Constant("way", "m", 1.0)
     found = family(race(way), STRONGEST, [1.0, 1.2], settings=FEW, constants={way: 4.0})
     assert found.objectives == pytest.approx([2 * least_time(v) for v in (1.0, 1.2)], rel=1e-5)
     assert found.solution(1).objective == pytest.approx(2 * least_time(1.2), rel=1e-5)
 
 
-def test_a_family_that_is_stopped_says_where() -> None:
+def test_a_family_that_is_stopped_says_where():
     count = 0
 
-    def stopping(line: str) -> None:
+    def stopping(line):
         nonlocal count
         count += 1
         if count == 200:  # the first member takes less than half of these iterations
@@ -115,7 +117,7 @@ def test_a_family_that_is_stopped_says_where() -> None:
         family(race(), STRONGEST, np.linspace(1.0, 6.0, 200), settings=FEW, progress=stopping)
 
 
-def test_a_policy_that_keeps_a_good_mesh_has_the_numbers_of_the_one_it_holds() -> None:
+def test_a_policy_that_keeps_a_good_mesh_has_the_numbers_of_the_one_it_holds():
     policy = AdaptiveMesh(rounds=7, highest_degree=6)
     kept = KeptWhileGood(policy)
     assert (kept.adapts, kept.rounds, kept.highest_degree) == (True, 7, 6)
@@ -136,11 +138,71 @@ def test_a_step_at_a_time_that_varies_is_not_passed_over():
 def test_members_see_a_gust_between_the_points_of_a_neighbour():
     """It changes the speed by 0.5 m/s in next to no time, at a time that varies."""
     at = Constant("at", "s", 0.4321)
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    x, v, u, _ = double_integrator()
     gust = 0.5e4 / np.sqrt(np.pi) * ca.exp(-(((TIME - at) * 1e4) ** 2))
-    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
-    move = Phase("move", {x: v, v: u + gust}, **ends, end=1.0)
+    move = Phase("move", {x: v, v: u + gust}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     problem, times = Problem("gust", move, minimise=move.integral(u**2)), np.linspace(0.43, 0.6, 4)
     ways = 1 - 0.5 * (1 - times)
     expected = 12 * (ways**2 + 0.5 * ways) + 1
     assert family(problem, at, times).objectives == pytest.approx(expected, rel=1e-4)
+
+
+def load():
+    """1 kg moved by 1 m in 2 s, from rest to rest: its peak force and its heat."""
+    _, _, force, move = rest_to_rest(end=2.0)
+    heat = move.integral(force**2)
+    return Problem("load", move, minimise=heat), move.peak(force, absolute=True), heat
+
+
+def least_heat(peak):
+    """The force is a straight line in time that is cut off at the peak."""
+    straight = math.sqrt(3 * (1 - 1 / peak))
+    return 2 * peak**2 * (1 - 2 * straight / 3)
+
+
+def test_a_front_lies_on_its_closed_form_and_has_its_slopes():
+    problem, peak, heat = load()
+    found = front(problem, limited=peak, minimised=heat, points=5)
+    assert len(found.points) >= 4
+    assert not found.gaps
+    # the minimum of the heat has a peak of 1.5 N, and no motion has a peak below 1 N
+    assert found.points[0].x == pytest.approx(1.0, rel=3e-3)
+    # the front is flat there: points nearer than a hundredth are alike to six digits
+    assert found.points[-1].x == pytest.approx(1.5, rel=1e-2)
+    for point in found.points:
+        assert point.y == pytest.approx(least_heat(point.x), rel=1e-4)
+        assert point.motion.verification.passed
+    for point in found.points[1:-1]:
+        step = 1e-5
+        slope = (least_heat(point.limit + step) - least_heat(point.limit - step)) / (2 * step)
+        # it vanishes at the flat end
+        assert point.slope == pytest.approx(slope, rel=1e-2, abs=1e-3)
+    assert all(a.x < b.x and a.y > b.y for a, b in itertools.pairwise(found.points))
+    assert found.knee in found.points[1:-1]
+
+
+@pytest.mark.slow
+def test_a_front_between_stated_limits():
+    problem, peak, heat = load()
+    found = front(problem, limited=peak, minimised=heat, limits=(1.1, 1.3), points=2)
+    np.testing.assert_allclose([found.points[0].x, found.points[-1].x], [1.1, 1.3], rtol=1e-5)
+
+
+def test_an_end_that_no_motion_attains_is_left_open():
+    problem, peak, heat = load()
+    found = front(problem, limited=peak, minimised=heat, limits=(0.5, 1.3), points=4)
+    assert [point.x for point in found.points] == pytest.approx([1.3], rel=1e-5)
+    assert "no motion was found at the limit 0.5" in found.remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"points": 1}, "a front of 1 points cannot be drawn; give 2 or more"),
+        ({"limits": (2, 1)}, r"the limits \(2, 1\) of the front cross; give \(lowest, highest\)"),
+    ],
+)
+def test_a_front_refuses_in_a_sentence(options, words):
+    problem, peak, heat = load()
+    with pytest.raises(StatementError, match=words):
+        front(problem, limited=peak, minimised=heat, **options)

@@ -22,14 +22,10 @@ from ocp import (
     solve,
     with_objective,
 )
+from tests.ocp.problems import double_integrator, least_effort, rest_to_rest
 
 SOLVED = 1e-8  # the solver's tolerance of 1e-10 on scaled rows, times multipliers up to 100
 FEW = Settings(intervals=6)
-
-
-def double_integrator(**options):
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    return x, v, u, {x: v, v: u}
 
 
 def test_an_unknown_in_a_polynomial_cost():
@@ -61,8 +57,7 @@ def capped_effort(r):
 
 
 def test_a_peak_is_bounded():
-    x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
+    _, _, u, phase = rest_to_rest()
     cap = Bound("cap", phase.peak(u, absolute=True), "m/s^2", upper=5)
     found = solve(Problem("capped", [phase], minimise=phase.integral(u**2), bounds=[cap]))
     assert found.objective == pytest.approx(capped_effort(math.sqrt(0.6))[1], rel=1e-5)
@@ -70,25 +65,23 @@ def test_a_peak_is_bounded():
 
 
 def test_a_weighted_sum_of_peak_and_effort():
-    x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
+    _, _, u, phase = rest_to_rest()
     cost = phase.peak(u, absolute=True) + 0.1 * phase.integral(u**2)
     found = solve(Problem("both", [phase], minimise=cost))
-    best = minimize_scalar(
-        lambda r: capped_effort(r)[0] + 0.1 * capped_effort(r)[1],
-        bounds=(0, 1),
-        method="bounded",
-        options={"xatol": 1e-10},
-    )
+
+    def least(r):
+        top, effort = capped_effort(r)
+        return top + 0.1 * effort
+
+    best = minimize_scalar(least, bounds=(0, 1), options={"xatol": 1e-10})
     assert found.objective == pytest.approx(best.fun, rel=1e-5)
 
 
 def test_a_free_initial_time():
     # 12 / T^3 + T is least for T^4 = 36
     x, v, u, rates = double_integrator()
-    phase = Phase(
-        "move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, start=Between(-9, 0), end=1.0
-    )
+    start = Between(-9, 0)
+    phase = Phase("move", rates, {x: 0, v: 0}, {x: 1, v: 0}, start=start, end=1.0)
     cost = phase.integral(u**2) + phase.duration
     found = solve(Problem("early", [phase], minimise=cost), settings=FEW)
     assert found.value(phase.start_time) == pytest.approx(1 - 36**0.25, rel=1e-6)  # flat minimum
@@ -96,8 +89,7 @@ def test_a_free_initial_time():
 
 
 def test_a_nonlinear_function_of_an_integral():
-    x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
+    _, _, u, phase = rest_to_rest()
     effort = phase.integral(u**2)
     found = solve(Problem("squared", [phase], minimise=(1 + effort) ** 2), settings=FEW)
     assert found.objective == pytest.approx(13.0**2, rel=SOLVED)
@@ -106,11 +98,8 @@ def test_a_nonlinear_function_of_an_integral():
 
 @pytest.mark.parametrize("distance", [1.0, 3.0])
 def test_constants_change_boundary_values(distance):
-    x, v, u, rates = double_integrator()
     target = Constant("target", "m", 1.0)
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: target, v: 0}, end=1.0)
-    problem = Problem("move", [phase], minimise=phase.integral(u**2))
-    found = solve(problem, settings=FEW, constants={target: distance})
+    found = solve(least_effort(target), settings=FEW, constants={target: distance})
     assert found.objective == pytest.approx(12 * distance**2, rel=SOLVED)
     assert found.value(2 * target) == 2 * distance
 
@@ -119,10 +108,8 @@ def test_constants_change_bounds_of_signals_and_numbers():
     x, most, least = State("x", "m"), Constant("most", "m/s", 1.0), Constant("least", "s", 0.5)
     u = Control("u", "m/s", lower=-most, upper=most)
     phase = Phase("run", {x: u}, initial={x: 0}, end=1.0)
-    effort = phase.integral(u)
-    problem = Problem(
-        "run", [phase], maximise=phase.at_end(x), bounds=[Bound("b", effort, upper=least)]
-    )
+    effort = Bound("b", phase.integral(u), upper=least)
+    problem = Problem("run", [phase], maximise=phase.at_end(x), bounds=[effort])
     assert solve(problem, settings=FEW).objective == pytest.approx(0.5, rel=SOLVED)
     changed = solve(problem, settings=FEW, constants={most: 3.0, least: 9.0})
     assert changed.objective == pytest.approx(3.0, rel=SOLVED)
@@ -141,9 +128,8 @@ def test_the_same_phases_with_another_objective():
     phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1}, end=1.0)
     problem = Problem("move", [phase], minimise=phase.integral(u**2))
     assert solve(problem, settings=FEW).objective == pytest.approx(3.0, rel=SOLVED)
-    stopped = with_objective(
-        problem, phase.integral(u**2), [Bound("stop", phase.at_end(v), lower=0, upper=0)]
-    )
+    stop = Bound("stop", phase.at_end(v), lower=0, upper=0)
+    stopped = with_objective(problem, phase.integral(u**2), [stop])
     assert solve(stopped, settings=FEW).objective == pytest.approx(12.0, rel=SOLVED)
 
 
