@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import casadi as ca
 import numpy as np
 
 from ocp import (
@@ -18,6 +19,9 @@ from ocp import (
     joined,
     solve,
 )
+from ocp.mesh.initial_guess import initial_guess
+from ocp.problem.parameters import parameters_of
+from ocp.scaling.automatic import scales_of
 
 STRONGEST = Constant("strongest", "m/s^2", 2.0)
 
@@ -49,13 +53,13 @@ def two_halves(**options):
     return x, v, u, (first, second), joined(first, second)
 
 
-def bryson_denham(roof=1 / 9):
+def bryson_denham(roof=1 / 9, speed=1.0, **options):
     """Least effort under a roof (Bryson, Denham and Dreyfus 1963): J = 4 / (9 roof) up to 1/6.
 
     With the roof of 1/9 it is held from 1/3 to 2/3. The costate of x is 18, 0 and -18, H = 0.
     """
-    x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
+    x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2", **options)
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: speed}, {x: 0, v: -1}, end=1.0)
     return Problem("Bryson-Denham", phase, minimise=phase.integral(u**2 / 2))
 
 
@@ -119,3 +123,33 @@ def with_costates(solution, factors):
     polynomial = dataclasses.replace(own.polynomial, pieces=pieces)
     spoilt = dataclasses.replace(own, polynomial=polynomial)
     return dataclasses.replace(solution, multipliers=dataclasses.replace(kept, costates=(spoilt,)))
+
+
+def cubic_oscillator(end, effort=False):
+    """From 1 to rest against the cube of the place, in the least time or with the least effort."""
+    x, v, u = State("x"), State("v"), Control("u", lower=-1, upper=1)
+    ends = {x: 1, v: 0}, {x: 0, v: 0}
+    phase = Phase("swing", {x: v, v: u - x**3}, *ends, end=end, guess={u: 0})
+    return Problem("swing", phase, minimise=phase.integral(u**2) if effort else phase.end_time)
+
+
+def moved_by_jerk(far=1.0, end=1.0, **options):
+    """Acceleration, jerk, and the phase in which these move a mass so far from rest to rest."""
+    x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
+    jerk, rest = Control("jerk", "m/s^3", **options), {v: 0, a: 0}
+    phase = Phase("move", {x: v, v: a, a: jerk}, {x: 0, **rest}, {x: far, **rest}, end=end)
+    return a, jerk, phase
+
+
+def scales_around_the_guess(problem):
+    """The sizes of signals, rows and objective before the first solve."""
+    parameters = parameters_of(problem)
+    return scales_of(problem, initial_guess(problem, parameters), parameters)
+
+
+def pendulum(angle=1.0, end=2.0):
+    """The least torque that turns a hanging pendulum by an angle, to rest, within a time."""
+    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "N m")
+    rates = {q: w, w: u - 9.81 * ca.sin(q)}
+    phase = Phase("swing", rates, {q: 0, w: 0}, {q: angle, w: 0}, end=end)
+    return Problem("pendulum", phase, minimise=phase.integral(u**2))

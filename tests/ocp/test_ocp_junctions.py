@@ -10,19 +10,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from ocp import (
-    TIME,
-    Bound,
-    Control,
-    FixedMesh,
-    Phase,
-    Problem,
-    Settings,
-    State,
-    certify,
-    solve,
-)
+from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Settings, State, certify, solve
 from ocp.estimates.constrained_arcs import junction_gains
+from tests.ocp.problems import certified
 
 
 def below_a_speed(limit):
@@ -56,17 +46,13 @@ def least_over_a_hill(k, c):
 
 @pytest.mark.parametrize("limit", [1.04, 1.08, 1.12, 1.35, 1.48])
 def test_a_speed_is_held_from_where_it_is_best(limit):
-    found = solve(below_a_speed(limit))
-    assert found.objective == pytest.approx(least_effort(limit), rel=1e-6)
-    assert certify(found).passed
+    certified(below_a_speed(limit), least_effort(limit))
 
 
 @pytest.mark.parametrize(("k", "c"), [(10, 0.4), (100, 0.5), (400, 0.51237), (1000, 0.51237)])
 def test_a_hill_that_is_narrower_than_an_interval_is_touched_where_it_is_best(k, c):
     # time enters, so that the Hamiltonian is not constant
-    found = solve(over_a_hill(k, c))
-    assert found.objective == pytest.approx(least_over_a_hill(k, c), rel=1e-6)
-    assert certify(found).passed
+    certified(over_a_hill(k, c), least_over_a_hill(k, c))
 
 
 def over_a_bell(width):
@@ -93,9 +79,7 @@ def least_over_a_bell(width):
 @pytest.mark.parametrize("width", [0.01, 0.02])
 def test_a_limit_that_fixed_values_meet_hides_no_other_arc(width):
     # the start lies on the limit, whose multiplier there is any number, often a huge one
-    found = solve(over_a_bell(width))
-    assert found.objective == pytest.approx(least_over_a_bell(width), rel=1e-6)
-    assert certify(found).passed
+    found = certified(over_a_bell(width), least_over_a_bell(width))
 
     # those of the bell at the start and the end, and no others
     iterate = found.kept_iterate

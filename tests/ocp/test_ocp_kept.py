@@ -7,12 +7,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Between, Control, Ipopt, Phase, Problem, Settings, State, prepare
+from ocp import Ipopt, Settings, prepare
 from ocp.nlp.kept import KeptSolver
 from ocp.nlp.solver import Listener, NlpResult, StartingPoint
 from ocp.problem.parameters import parameters_of
 from ocp.transcription.kernels import Block, Kernel, Program
 from ocp.transcription.transcribe import ProgramLimits, Transcription
+from tests.ocp.problems import race
 
 
 @pytest.fixture
@@ -29,12 +30,9 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[KeptSolver]:
     return found
 
 
-def race() -> Transcription:
-    """Least time between two points of rest."""
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-2, upper=2)
-    phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(0.1, 20, guess=2))
-    problem = Problem("race", phase, minimise=phase.end_time)
-    return prepare(problem, settings=Settings(intervals=6)).transcription
+def prepared() -> Transcription:
+    """The program of the least time between two points of rest."""
+    return prepare(race(), settings=Settings(intervals=6)).transcription
 
 
 def run(
@@ -60,16 +58,16 @@ def equal(a: NlpResult, b: NlpResult) -> bool:
 
 
 def test_a_second_run_is_the_first_one_again(made: list[KeptSolver]) -> None:
-    program = race()
+    program = prepared()
     first, again = run(program), run(program)
     assert len(made) == 1
     assert equal(first, again)
-    assert equal(first, run(race()))
+    assert equal(first, run(prepared()))
     assert len(made) == 2
 
 
 def test_warm_and_cold_runs_by_turns_do_not_disturb_each_other(made: list[KeptSolver]) -> None:
-    program = race()
+    program = prepared()
     cold = run(program)
     warm = run(program, before=cold)
     assert equal(cold, run(program))
@@ -79,7 +77,7 @@ def test_warm_and_cold_runs_by_turns_do_not_disturb_each_other(made: list[KeptSo
 
 
 def test_other_options_are_another_object(made: list[KeptSolver]) -> None:
-    program = race()
+    program = prepared()
     run(program)
     short = run(program, Ipopt(max_iterations=2))
     assert short.outcome == "budget"
@@ -88,7 +86,7 @@ def test_other_options_are_another_object(made: list[KeptSolver]) -> None:
 
 
 def test_no_more_than_two_are_kept(made: list[KeptSolver]) -> None:
-    program = race()
+    program = prepared()
     for most in (100, 200, 300):
         run(program, Ipopt(max_iterations=most))
     assert len(made) == 3
@@ -100,7 +98,7 @@ def test_no_more_than_two_are_kept(made: list[KeptSolver]) -> None:
 
 
 def test_a_run_within_a_run_has_an_object_of_its_own(made: list[KeptSolver]) -> None:
-    program, inner = race(), list[NlpResult]()
+    program, inner = prepared(), list[NlpResult]()
 
     def listener(number: int, *_: object) -> bool:
         if number == 2:
@@ -115,7 +113,7 @@ def test_a_run_within_a_run_has_an_object_of_its_own(made: list[KeptSolver]) -> 
 
 
 def test_a_listener_that_fails_or_stops_leaves_the_object_as_it_was() -> None:
-    program = race()
+    program = prepared()
     first = run(program)
 
     def failing(*_: object) -> bool:
@@ -128,7 +126,7 @@ def test_a_listener_that_fails_or_stops_leaves_the_object_as_it_was() -> None:
 
 
 def test_the_object_goes_with_its_program(made: list[KeptSolver]) -> None:
-    program = race()
+    program = prepared()
     run(program)
     kept = weakref.ref(made.pop())
     assert kept() is not None

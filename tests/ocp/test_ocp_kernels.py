@@ -1,4 +1,4 @@
-"""Derivatives assembled from kernels against CasADi's own derivatives of the same program."""
+"""Programs: kernels against CasADi's derivatives, and every row by a name of the statement."""
 
 import casadi as ca
 import numpy as np
@@ -6,14 +6,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ocp import Between, Bound, Control, Mesh, Phase, Problem, State, Unknown
-from ocp.mesh.initial_guess import initial_guess
+from ocp import (
+    Algebraic,
+    Between,
+    Bound,
+    Control,
+    Gauss,
+    HermiteSimpson,
+    Lobatto,
+    Mesh,
+    Phase,
+    Problem,
+    Radau,
+    State,
+    Unknown,
+    joined,
+    peak,
+)
 from ocp.mesh.mesh import ExtraPoints, PhaseMesh, uniform
-from ocp.numerics.schemes import Gauss, HermiteSimpson, Lobatto, Radau
-from ocp.problem.parameters import parameters_of
-from ocp.scaling.automatic import scales_of
+from ocp.nlp.failures import row_kinds
 from ocp.transcription.kernels import Block, Kernel, Program
-from ocp.transcription.transcribe import transcribe
+from ocp.transcription.transcribe import Transcription, transcribe
+from tests.ocp.problems import scales_around_the_guess
 
 ROUND_OFF = 1e-13  # the same sums in another order
 
@@ -53,14 +67,18 @@ def directly(blocks, variables, rows):
     return x, p, f, ca.vertcat(*g)
 
 
+def by_casadi(x, p, f, g):
+    """Objective, rows and their derivatives as CasADi finds them."""
+    sigma, lam = ca.MX.sym("sigma"), ca.MX.sym("lam", g.numel())
+    hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), x)[0])
+    found = [f, g, ca.gradient(f, x), ca.jacobian(g, x), hessian]
+    return ca.Function("own", [x, p, sigma, lam], found)
+
+
 def compare(blocks, variables, rows, seed=1):
     program = Program(tuple(blocks), variables, rows, 1)
     x, p, f, g = directly(blocks, variables, rows)
-    sigma, lam = ca.MX.sym("sigma"), ca.MX.sym("lam", rows)
-    hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), x)[0])
-    own = ca.Function(
-        "own", [x, p, sigma, lam], [f, g, ca.gradient(f, x), ca.jacobian(g, x), hessian]
-    )
+    own = by_casadi(x, p, f, g)
     random = np.random.default_rng(seed)
     at, dual = random.uniform(-1, 1, variables), random.uniform(-1, 1, rows)
     expected = [v.full() for v in own(at, 0.7, 1.3, dual)]
@@ -81,26 +99,19 @@ def compare(blocks, variables, rows, seed=1):
     np.testing.assert_allclose(np.array(values[1]), expected[1], rtol=1e-12)  # sums near zero
 
 
-def test_separate_instances():
-    compare([block([[0, 1], [2, 3]], [[0], [1]])], 4, 2)
+CHAIN = block([[0, 1, 5], [1, 2, 5], [2, 3, 5]], [[0, 1], [2, 3], [4, 5]])
+OVERLAPS = {
+    "none": ([block([[0, 1], [2, 3]], [[0], [1]])], 4, 2),
+    "instances and blocks": ([CHAIN, block([[4, 0], [4, 5]], [[6], [7]], seed=3)], 6, 8),
+    "a column twice": ([block([[0, 1, 0], [2, 2, 2], [1, 2, 0]], [[0], [1], [2]])], 3, 3),
+    "rows": ([block([[0, 1], [1, 2], [2, 0]], [[0, 1], [0, 1], [1, 0]])], 3, 2),
+    "unordered columns": ([block([[5, 2, 4], [3, 1, 0]], [[1], [0]])], 6, 2),
+}
 
 
-def test_columns_shared_by_instances_and_blocks():
-    chain = block([[0, 1, 5], [1, 2, 5], [2, 3, 5]], [[0, 1], [2, 3], [4, 5]])
-    other = block([[4, 0], [4, 5]], [[6], [7]], seed=3)
-    compare([chain, other], 6, 8)
-
-
-def test_a_column_twice_in_one_instance():
-    compare([block([[0, 1, 0], [2, 2, 2], [1, 2, 0]], [[0], [1], [2]])], 3, 3)
-
-
-def test_rows_that_several_instances_add_to():
-    compare([block([[0, 1], [1, 2], [2, 0]], [[0, 1], [0, 1], [1, 0]])], 3, 2)
-
-
-def test_unordered_columns_fill_the_upper_triangle():
-    compare([block([[5, 2, 4], [3, 1, 0]], [[1], [0]])], 6, 2)
+@pytest.mark.parametrize(("blocks", "variables", "rows"), OVERLAPS.values(), ids=OVERLAPS)
+def test_columns_and_rows_that_instances_share(blocks, variables, rows):
+    compare(blocks, variables, rows)
 
 
 index = st.integers(0, 4)
@@ -129,11 +140,6 @@ def small_problem():
     return Problem("small", [first, second], minimise=costs, links=[link])
 
 
-def scales_around_the_guess(problem):
-    parameters = parameters_of(problem)
-    return scales_of(problem, initial_guess(problem, parameters), parameters)
-
-
 @pytest.mark.parametrize("scheme", [Radau(), Gauss(), Lobatto(), HermiteSimpson()])
 def test_a_transcribed_problem_has_the_derivatives_that_casadi_finds(scheme):
     problem = small_problem()
@@ -142,9 +148,7 @@ def test_a_transcribed_problem_has_the_derivatives_that_casadi_finds(scheme):
     program = transcribe(problem, Mesh(meshes), scheme, "automatic", scales).program
     x, p = ca.MX.sym("x", program.variables), ca.MX.sym("p", 0)
     f, g = program.oracle(x, p)
-    sigma, lam = ca.MX.sym("sigma"), ca.MX.sym("lam", program.rows)
-    hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), x)[0])
-    own = ca.Function("own", [x, sigma, lam], [ca.gradient(f, x), ca.jacobian(g, x), hessian])
+    own = by_casadi(x, p, f, g)
     random = np.random.default_rng(5)
     at, dual = random.uniform(0.2, 1, program.variables), random.uniform(-1, 1, program.rows)
     found = [
@@ -152,14 +156,9 @@ def test_a_transcribed_problem_has_the_derivatives_that_casadi_finds(scheme):
         program.constraint_jacobian(at, [])[1],
         program.lagrangian_hessian(at, [], 1.3, dual),
     ]
-    for ours, theirs in zip(found, own(at, 1.3, dual), strict=True):
+    for ours, theirs in zip(found, own(at, [], 1.3, dual)[2:], strict=True):
         # entries up to 1e3, added up in another order
         np.testing.assert_allclose(ours.full(), theirs.full(), rtol=1e-11, atol=1e-11)
-
-
-def nodes(function):
-    """Nodes of the expression graph, a mapped function counted as one."""
-    return function.n_nodes()
 
 
 def test_expressions_do_not_grow_with_the_number_of_intervals():
@@ -168,18 +167,18 @@ def test_expressions_do_not_grow_with_the_number_of_intervals():
 
     def sizes(intervals):
         mesh = Mesh((uniform(intervals, 3), uniform(intervals, 3)))
-        found = transcribe(problem, mesh, Radau(), "automatic", scales)
-        program = found.program
+        program = transcribe(problem, mesh, Radau(), "automatic", scales).program
         assert program.variables > 10 * intervals
-        wholes = [nodes(b.kernel.function) for b in found.program.blocks]
-        hessians = [nodes(b.derivatives.hessian) for b in found.program.blocks]
+        # nodes of the expression graph, a mapped function counted as one
+        wholes = [b.kernel.function.n_nodes() for b in program.blocks]
+        hessians = [b.derivatives.hessian.n_nodes() for b in program.blocks]
         functions = (
             program.oracle,
             program.objective_gradient,
             program.constraint_jacobian,
             program.lagrangian_hessian,
         )
-        return wholes, hessians, [nodes(f) for f in functions]
+        return wholes, hessians, [f.n_nodes() for f in functions]
 
     assert sizes(5) == sizes(200)
 
@@ -220,3 +219,61 @@ def test_kernels_of_other_scales_are_not_used():
     assert rescaled.kernels is not first.kernels
     other_scheme = transcribe(problem, mesh, Gauss(), "automatic", scales, first)
     assert other_scheme.kernels is not first.kernels
+
+
+def everything(scheme) -> Transcription:
+    """Two phases with rows of all kinds: moving breakpoints, added points, a bounded integral."""
+    x, v, z = State("x", "m", scale=2), State("v", "m/s"), Algebraic("z")
+    u = Control("u", "m/s^2", lower=-1, upper=1)
+    law = Bound("law", z - x, lower=0, upper=0)
+    cap = Bound("cap", x + v, "m", upper=3)
+    first = Phase("first", {x: v, v: u}, {x: 0, v: 0}, end=Between(1, 3), bounds=[law, cap])
+    second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=Between(1, 3), end=4.0)
+    effort = Bound("effort", first.integral(u**2, name="work"), "m^2/s^3", upper=2)
+    problem = Problem(
+        "everything",
+        [first, second],
+        minimise=peak((first, v), (second, -v), name="speed"),
+        bounds=[effort],
+        links=joined(first, second),
+    )
+    moving = PhaseMesh(np.array([0, 0.3, 0.5, 1.0]), np.array([3, 3, 4]), (1,))
+    extra = ExtraPoints(1, np.array([1, 2]), np.array([0.25, 0.75]))
+    mesh = Mesh((moving, uniform(2, 3)), ((extra,), ()))
+    return transcribe(problem, mesh, scheme, "automatic", scales_around_the_guess(problem))
+
+
+@pytest.mark.parametrize("scheme", [Radau(3), Gauss(3), HermiteSimpson()], ids=lambda s: s.name)
+def test_every_row_belongs_to_one_kind(scheme) -> None:
+    program = everything(scheme)
+    rows = np.concatenate([kind.rows for kind in row_kinds(program)])
+    np.testing.assert_array_equal(np.sort(rows), np.arange(program.program.rows))
+
+
+def test_names_places_units_and_sizes() -> None:
+    kinds = {(kind.phase, kind.what): kind for kind in row_kinds(everything(Radau(3)))}
+    dynamics = kinds["first", "dynamics of 'x'"]
+    assert (dynamics.unit, dynamics.size) == ("m", 2.0)
+    points = Radau().at(3).points
+    assert dynamics.fractions is not None
+    expected = [*(0.3 * points), *(0.3 + 0.2 * points), *(0.5 + 0.5 * Radau().at(4).points)]
+    np.testing.assert_allclose(np.sort(dynamics.fractions), expected, rtol=1e-14)
+
+    # at the collocation points, at both added points, and at the start of the phase
+    cap = kinds["first", "'cap'"]
+    assert cap.fractions is not None
+    np.testing.assert_allclose(np.sort(cap.fractions), np.sort([*expected, 0, 0.35, 0.875]))
+
+    assert kinds["first", "integral 'work'"].rows.size == 3
+    assert kinds["first", "duration"].unit == "s"
+    assert kinds["first", "order of the breakpoints"].rows.size == 2
+    assert kinds["", "'effort'"].unit == "m^2/s^3"
+    assert ("", "'x from first to second'") in kinds
+    assert ("second", "'speed'") in kinds
+
+
+def test_ends_of_intervals_without_a_point_there_are_named() -> None:
+    kinds = {(kind.phase, kind.what): kind for kind in row_kinds(everything(Gauss(3)))}
+    joint = kinds["second", "continuity of 'v'"]
+    assert joint.fractions is not None
+    assert joint.fractions.tolist() == [0.5, 1.0]

@@ -22,7 +22,6 @@ from ocp import (
     StatementError,
     StatementWarning,
     Unknown,
-    certify,
     joined,
     load,
     save,
@@ -30,6 +29,7 @@ from ocp import (
 )
 from ocp.algorithm import first_mesh
 from ocp.problem.instants import stepping_times
+from tests.ocp.problems import certified
 
 EDGES = [1.3, 2.7, 4.1, 5.5, 7.2, 8.9]
 PRICES = [3.0, 1.0, 2.5, 0.7, 4.0, 1.4, 2.2]
@@ -74,11 +74,9 @@ def exact_cost():
 def test_a_stepping_tariff_takes_two_rounds():
     problem = charging(ca.pw_const(TIME.symbol, ca.DM(EDGES), ca.DM(PRICES)))
     assert problem.steps["charge"] == tuple(EDGES)
-    solution = solve(problem)
     # midpoint rule of 140,000 intervals, its error below 1e-8
-    assert solution.objective == pytest.approx(exact_cost(), rel=1e-6)
+    solution = certified(problem, exact_cost())
     assert len(solution.mesh_iterations) <= 3
-    assert certify(solution).passed
 
 
 def test_stated_breakpoints_stay_in_every_mesh():
@@ -130,40 +128,6 @@ def test_steps_are_read_off_functions_of_time_alone():
 def test_pulses_and_periods_of_time_are_found(step, times):
     found = stepping_times([ca.SX(step(TIME.symbol))], 0.0, 1.0)
     assert found == pytest.approx(times, abs=1e-15)
-
-
-@pytest.mark.parametrize(
-    "pulse",
-    [
-        lambda: ca.if_else((TIME - 0.4321) ** 2 < 25e-8, 500, 0),
-        lambda: ca.if_else(ca.fabs(TIME - 0.4321) < 5e-4, 500, 0),
-        lambda: 500 * ca.fmax(0, 1 - ca.fabs(TIME - 0.4321) / 1e-3),
-    ],
-    ids=["square", "modulus", "triangle"],
-)
-def test_a_pulse_between_the_points_of_the_first_mesh_counts(pulse):
-    x, v, u = State("x"), State("v"), Control("u")
-    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
-    move = Phase("move", {x: v, v: u + pulse()}, **ends, end=1.0)
-    solution = solve(Problem("kicked", move, minimise=move.integral(u**2)))
-
-    # it changes the speed by 0.5; by X from rest to the speed V costs 12 (X^2 - X V) + 4 V^2
-    way, speed = 1 - 0.5 * (1 - 0.4321), -0.5
-    expected = 12 * way**2 - 12 * way * speed + 4 * speed**2
-    assert solution.objective == pytest.approx(expected, rel=1e-9)
-    assert certify(solution).passed
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"breakpoints": [11.0]}, r"breakpoint 11.0 of phase 'charge' is no time between"),
-        ({"breakpoints": ["noon"]}, r"breakpoint 'noon' of phase"),
-    ],
-)
-def test_a_breakpoint_that_is_none_is_refused(options, words):
-    with pytest.raises(StatementError, match=words):
-        charging(1 + 0 * TIME, **options)
 
 
 def test_limits_of_signals_and_bounds_may_hold_unknowns():
@@ -253,21 +217,13 @@ def best_end(low):
 
 
 def test_a_phase_that_ends_at_a_free_time_is_split_at_known_ones() -> None:
-    found = solve(wind_over([0.0, 0.3, 0.5]))
-    assert found.objective == pytest.approx(best_end(0.51), rel=1e-6)
-    assert certify(found).passed
+    certified(wind_over([0.0, 0.3, 0.5]), best_end(0.51))
 
 
 def test_a_step_in_a_phase_with_a_free_time_is_told() -> None:
     with pytest.warns(StatementWarning, match="of which the later one may take no time"):
         problem = wind_over([0.0])
     assert problem.steps["part 0"] == ()
-
-
-def test_breakpoints_at_known_times_need_fixed_times() -> None:
-    x, u = State("x"), Control("u")
-    with pytest.raises(StatementError, match=r"two phases that meet at 0\.5 s"):
-        Phase("go", {x: u}, {x: 0}, {x: 1}, end=Between(1, 5), breakpoints=[0.5])
 
 
 def test_the_later_of_two_phases_may_take_no_time() -> None:

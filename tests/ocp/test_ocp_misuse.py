@@ -1,4 +1,4 @@
-"""A mistake of a newcomer is answered in one sentence with thing, value and remedy."""
+"""A mistake in a statement or a call is answered in one sentence with thing, value and remedy."""
 
 import copy
 import dataclasses
@@ -10,17 +10,28 @@ import numpy as np
 import pytest
 
 from ocp import (
+    Accuracy,
+    AdaptiveMesh,
     Algebraic,
     Between,
     Bound,
     Constant,
     Control,
+    FixedMesh,
+    Gauss,
     Infeasible,
+    Interpolant,
+    Ipopt,
+    Lobatto,
+    MovingMesh,
     Phase,
     Problem,
+    Radau,
     Settings,
     State,
     StatementError,
+    StatementWarning,
+    Tolerances,
     Unknown,
     audit,
     certify,
@@ -30,8 +41,13 @@ from ocp import (
     save,
     scaling_report,
     solve,
+    solve_lexicographic,
     with_objective,
 )
+from ocp.mesh.mesh import PhaseMesh, uniform
+from ocp.numerics.schemes import Trapezoid
+from ocp.problem.checks_before_solve import check_before_solve
+from ocp.problem.parameters import parameters_of
 
 x, v = State("position", "m"), State("speed", "m/s")
 u = Control("force", "N", lower=-4, upper=4)
@@ -64,223 +80,352 @@ def guessed(guess):
     return lambda: solve(task(drive(guess={x: guess})))
 
 
-WRONG_KEYWORDS = {
-    "State, near": (lambda: State("h", uper=1), r"State .* 'uper'; did you mean 'upper'"),
-    "State, another tool's": (lambda: State("h", min=2), r"State .* 'min'; write lower=2$"),
-    "State, a start": (
-        lambda: State("h", initial=2),
-        r"State .* 'initial'; .*Phase\(initial=\{state: 2\}\)",
-    ),
-    "Control": (
-        lambda: Control("f", piecwise="linear"),
-        r"Control .* 'piecwise'; did you mean 'piecewise'",
-    ),
-    "Algebraic": (lambda: Algebraic("z", ub=3), r"Algebraic .* 'ub'; write upper=3$"),
-    "Unknown": (lambda: Unknown("k", initial=3), r"Unknown .* 'initial'; write guess=3$"),
-    "Constant": (lambda: Constant("k", val=3), r"Constant .* 'val'; write value=3$"),
-    "Between": (lambda: Between(1, 2, initial=1.5), r"Between .* 'initial'; write guess=1.5$"),
-    "Bound": (lambda: Bound("room", x, max=3), r"Bound .* 'max'; write upper=3$"),
-    "Phase, near": (
-        lambda: Phase("p", dynamic=RATES, end=1.0),
-        r"Phase .* did you mean 'dynamics'",
-    ),
-    "Phase, no end": (
-        lambda: Phase("p", dynamics=RATES),
+X, V, other = State("x", "m"), State("v", "m/s", lower=-1, upper=2), State("other")
+U, twin = Control("u", "m/s^2"), Control("u", "m/s^2")
+z, k = Algebraic("z"), Unknown("k")
+MOVED = {X: V, V: U}
+
+
+def move(**options):
+    return Phase("move", MOVED, **{"end": 1.0, **options})
+
+
+def limited(factor=1, **limits):
+    phase = move()
+    bound = Bound("fast", factor * phase.peak(V, name="speed"), **limits)
+    return Problem("task", [phase], minimise=phase.integral(U**2), links=[bound])
+
+
+def minimise(phase, objective):
+    return Problem("task", [phase], minimise=objective)
+
+
+def with_end(value):
+    q, u = State("q", shape=2), Control("u", shape=2)
+    return Phase("p", {q: u}, final={q: value}, end=1.0)
+
+
+# The sentence that answers, and what it answers.
+MISUSES = [
+    # keywords
+    (r"State .* 'uper'; did you mean 'upper'", lambda: State("h", uper=1)),
+    (r"State .* 'min'; write lower=2$", lambda: State("h", min=2)),
+    (r"State .* 'initial'; .*Phase\(initial=\{state: 2\}\)", lambda: State("h", initial=2)),
+    (r"Control .* 'piecwise'; did you mean 'piecewise'", lambda: Control("f", piecwise="linear")),
+    (r"Algebraic .* 'ub'; write upper=3$", lambda: Algebraic("z", ub=3)),
+    (r"Unknown .* 'initial'; write guess=3$", lambda: Unknown("k", initial=3)),
+    (r"Constant .* 'val'; write value=3$", lambda: Constant("k", val=3)),
+    (r"Between .* 'initial'; write guess=1.5$", lambda: Between(1, 2, initial=1.5)),
+    (r"Bound .* 'max'; write upper=3$", lambda: Bound("room", x, max=3)),
+    (r"Phase .* did you mean 'dynamics'", lambda: Phase("p", dynamic=RATES, end=1.0)),
+    (
         r"Phase has no 'end'; write Phase\(name, dynamics, end=...\); initial, final",
+        lambda: Phase("p", dynamics=RATES),
     ),
-    "Phase, a duration": (
-        lambda: drive(duration=3),
+    (
         r"Phase .* 'duration'; write end=3, or end=Between\(lower, upper\)",
+        lambda: drive(duration=3),
     ),
-    "Phase, constraints": (
-        lambda: drive(constraints=[]),
-        r"Phase .* 'constraints'; write bounds=\[...\]",
-    ),
-    "Problem, near": (lambda: Problem("p", drive(), minimize=0), r"did you mean 'minimise'"),
-    "Problem, a cost": (lambda: Problem("p", drive(), cost=0), r"'cost'; write minimise="),
-    "Settings": (lambda: Settings(interval=3), r"Settings .* did you mean 'intervals'"),
-    "Settings, another tool's": (lambda: Settings(tol=1e-6), r"'tol'; write accuracy="),
-    "solve, another tool's": (
-        lambda: solve(task(drive()), verbose=True),
-        r"solve .* 'verbose'; write progress=True",
-    ),
-    "solve, a setting": (
-        lambda: solve(task(drive()), intervals=30),
+    (r"Phase .* 'constraints'; write bounds=\[...\]", lambda: drive(constraints=[])),
+    (r"did you mean 'minimise'", lambda: Problem("p", drive(), minimize=0)),
+    (r"'cost'; write minimise=", lambda: Problem("p", drive(), cost=0)),
+    (r"Settings .* did you mean 'intervals'", lambda: Settings(interval=3)),
+    (r"'tol'; write accuracy=", lambda: Settings(tol=1e-6)),
+    (r"solve .* 'verbose'; write progress=True", lambda: solve(task(drive()), verbose=True)),
+    (
         r"solve .* 'intervals'; .*settings=Settings\(...\)",
+        lambda: solve(task(drive()), intervals=30),
     ),
-    "solve": (lambda: solve(task(drive()), setting=0), r"solve .* did you mean 'settings'"),
-    "integral": (lambda: drive().integral(u, units="N"), r"integral .* did you mean 'unit'"),
-    "peak": (lambda: peak((drive(), u), absolut=True), r"peak .* did you mean 'absolute'"),
-    "peak of a phase": (lambda: drive().peak(u, absolut=True), r"did you mean 'absolute'"),
-    "misfit": (lambda: drive().misfit(x, [0], [1], weight=2), r"did you mean 'weights'"),
-}
-
-MISSING = {
-    "a name": (
-        lambda: Phase(dynamics=RATES, end=1.0),
-        r"Phase has no 'name'; write Phase\(name, dynamics",
-    ),
-    "the phases": (lambda: Problem(drive(), minimise=0), r"Problem has no 'phases'; write Problem"),
-    "an expression": (lambda: Bound("room", upper=1), r"Bound has no 'expression'"),
-}
-
-WRONG_KINDS = {
-    "a phase to solve": (
-        lambda: solve(drive()),
+    (r"solve .* did you mean 'settings'", lambda: solve(task(drive()), setting=0)),
+    (r"integral .* did you mean 'unit'", lambda: drive().integral(u, units="N")),
+    (r"peak .* did you mean 'absolute'", lambda: peak((drive(), u), absolut=True)),
+    (r"did you mean 'absolute'", lambda: drive().peak(u, absolut=True)),
+    (r"did you mean 'weights'", lambda: drive().misfit(x, [0], [1], weight=2)),
+    # what is left out
+    (r"Phase has no 'name'; write Phase\(name, dynamics", lambda: Phase(dynamics=RATES, end=1.0)),
+    (r"Problem has no 'phases'; write Problem", lambda: Problem(drive(), minimise=0)),
+    (r"Bound has no 'expression'", lambda: Bound("room", upper=1)),
+    # values of another kind
+    (
         r"'drive' is a phase without an objective; write Problem\('drive', phase, minimise",
+        lambda: solve(drive()),
     ),
-    "phases to solve": (lambda: solve([drive()]), r"is of type list; give a Problem\(name, phases"),
-    "a phase to report": (lambda: scaling_report(drive()), r"'drive' is a phase without"),
-    "a phase to change": (lambda: with_objective(drive(), 0), r"'drive' is a phase without"),
-    "a problem to certify": (lambda: certify(task(drive())), r"a Solution, not .*solve it first"),
-    "a phase joined to itself": (lambda: joined(PUSH, PUSH), r"'push' with itself; give the phase"),
-    "a jump by name": (
-        lambda: joined(PUSH, REST, jump={"speed": v / 2}),
+    (r"is of type list; give a Problem\(name, phases", lambda: solve([drive()])),
+    (r"'drive' is a phase without", lambda: scaling_report(drive())),
+    (r"'drive' is a phase without", lambda: with_objective(drive(), 0)),
+    (r"a Solution, not .*solve it first", lambda: certify(task(drive()))),
+    (r"'push' with itself; give the phase", lambda: joined(PUSH, PUSH)),
+    (
         r"into phase 'rest' is of 'speed', which is no state of it; give a State itself",
+        lambda: joined(PUSH, REST, jump={"speed": v / 2}),
     ),
-    "a jump of another state": (
-        lambda: joined(PUSH, REST, jump={State("height"): v / 2}),
+    (
         r"is of 'height', which is no state of it; give .* one of position, speed",
+        lambda: joined(PUSH, REST, jump={State("height"): v / 2}),
     ),
-    "phases that cannot meet": (
-        lambda: joined(PUSH, Phase("late", RATES, start=2.5, end=3.0)),
+    (
         r"'late' cannot begin where phase 'push' ends: the one starts at 2.5 s, the other ends at",
+        lambda: joined(PUSH, Phase("late", RATES, start=2.5, end=3.0)),
     ),
-    "a limit called as a bound": (
-        lambda: drive(dynamics={x: v, v: PUSHED}, bounds=[Bound("pushed upper", v, upper=9)]),
+    (
         r"becomes the bound 'pushed upper' of phase 'drive', but there is another .* rename it",
+        lambda: drive(dynamics={x: v, v: PUSHED}, bounds=[Bound("pushed upper", v, upper=9)]),
     ),
-    "a limit that nothing in the phase has": (
-        lambda: priced(drive(), PUSHED),
+    (
         r"the limit of 'pushed' depends on an unknown, but phase 'drive' has 'pushed' in an int",
+        lambda: priced(drive(), PUSHED),
     ),
-    "a value of a stranger": (
-        lambda: solve(task(drive())).value(MOST),
+    (
         r"the problem has no Unknown 'most'; there are: none",
+        lambda: solve(task(drive())).value(MOST),
     ),
-    "a homotopy in a stranger": (
-        lambda: homotopy(task(drive()), Constant("load", value=1), 2),
+    (
         r"'task' does not use the constant 'load'; there are: none",
+        lambda: homotopy(task(drive()), Constant("load", value=1), 2),
     ),
-    "starts by a word": (lambda: audit(task(drive()), starts="all"), r"'all'; give a whole number"),
-    "a bound by a word": (
-        lambda: solve(task(drive()), bound="low"),
-        r"'bound' is 'low'; give a finite nu",
-    ),
-    "a name to join": (lambda: joined(drive(), "next"), r"one is 'next'; write joined\(first"),
-    "a text as phase": (lambda: Problem("p", "drive", minimise=0), r"phase of .* is 'drive'; give"),
-    "a list of derivatives": (
-        lambda: drive(dynamics=[v, u]),
+    (r"'all'; give a whole number", lambda: audit(task(drive()), starts="all")),
+    (r"'bound' is 'low'; give a finite nu", lambda: solve(task(drive()), bound="low")),
+    (r"one is 'next'; write joined\(first", lambda: joined(drive(), "next")),
+    (r"phase of .* is 'drive'; give", lambda: Problem("p", "drive", minimise=0)),
+    (
         r"'dynamics' of phase 'drive' is \[.*dynamics=\{state: expression\}",
+        lambda: drive(dynamics=[v, u]),
     ),
-    "a list of end values": (lambda: drive(final=[1, 0]), r"'final' of phase .* is \[1, 0\]; give"),
-    "a text as end value": (lambda: drive(final={x: "1"}), r"'final position' is '1'; give a num"),
-    "a list as range": (lambda: drive(final={x: [1, 2]}), r"is \[1, 2\]; give a number or a pair"),
-    "a name with an end value": (
-        lambda: drive(final={"position": 1}),
-        r"a final value for 'position' .*give the State itself",
-    ),
-    "a control with an end value": (
-        lambda: drive(final={u: 1}),
-        r"a final value for 'force' .*phase.at_end\(force\)",
-    ),
-    "a name with a guess": (
-        lambda: solve(task(drive(guess={"position": 1}))),
+    (r"'final' of phase .* is \[1, 0\]; give", lambda: drive(final=[1, 0])),
+    (r"'final position' is '1'; give a num", lambda: drive(final={x: "1"})),
+    (r"is \[1, 2\]; give a number or a pair", lambda: drive(final={x: [1, 2]})),
+    (r"a final value for 'position' .*give the State itself", lambda: drive(final={"position": 1})),
+    (r"a final value for 'force' .*phase.at_end\(force\)", lambda: drive(final={u: 1})),
+    (
         r"a guess for 'position'.*give the signal itself",
+        lambda: solve(task(drive(guess={"position": 1}))),
     ),
-    "a number as unit": (lambda: State("h", 0, 1), r"unit of 'h' is 0; give a text .*lower="),
-    "a pair as bound": (lambda: State("h", upper=(0, 1)), r"bound of 'h' is \(0, 1\); give a num"),
-    "None as bound": (lambda: State("h", upper=None), r"bound of 'h' is None; .* leave it out"),
-    "a text as guess": (lambda: Unknown("k", guess="1"), r"guess of 'k' is '1'; give a finite"),
-    "a text as scale": (lambda: State("h", scale="1"), r"scale of 'h' is '1'; give a positive"),
-    "a text as objective": (
-        lambda: task(drive(), minimise="time"),
+    (r"unit of 'h' is 0; give a text .*lower=", lambda: State("h", 0, 1)),
+    (r"bound of 'h' is \(0, 1\); give a num", lambda: State("h", upper=(0, 1))),
+    (r"bound of 'h' is None; .* leave it out", lambda: State("h", upper=None)),
+    (r"guess of 'k' is '1'; give a finite", lambda: Unknown("k", guess="1")),
+    (r"scale of 'h' is '1'; give a positive", lambda: State("h", scale="1")),
+    (
         r"objective is 'time', not a CasADi SX expression; give one expression of signals",
+        lambda: task(drive(), minimise="time"),
     ),
-    "a method as objective": (
-        lambda: task(drive(), minimise=drive().integral),
-        r"objective is <bound .*; call it",
-    ),
-    "a signal as objective": (
-        lambda: task(drive(), minimise=v),
+    (r"objective is <bound .*; call it", lambda: task(drive(), minimise=drive().integral)),
+    (
         r"uses the signal 'speed' as if it were a number; wrap it in at_start",
+        lambda: task(drive(), minimise=v),
     ),
-    "a relation as objective": (
-        lambda: task(drive(), minimise=drive().integral(u) <= 3),
+    (
         r"objective .* is the relation .*; minimise one number, and give relations as bounds",
+        lambda: task(drive(), minimise=drive().integral(u) <= 3),
     ),
-    "a peak of a phase and a signal": (
-        lambda: peak(drive(), u),
+    (
         r"a piece of the peak 'peak' is Phase.*; write phase.peak\(expression\)",
+        lambda: peak(drive(), u),
     ),
-    "an integral of a peak": (
-        lambda: drive().integral(drive().peak(u, name="load")),
+    (
         r"the integral is taken of 'load', which is a number of the whole motion",
+        lambda: drive().integral(drive().peak(u, name="load")),
     ),
-    "an instant behind its expression": (
-        lambda: drive().at(x, 1.0),
+    (
         r"an instant of phase 'drive' is State\(.*; write phase.at\(instant, expression\)",
+        lambda: drive().at(x, 1.0),
     ),
-    "dynamics before the name": (
-        lambda: Phase(RATES, "drive", end=1.0),
-        r"name of a phase is \{.*give a text",
+    (r"name of a phase is \{.*give a text", lambda: Phase(RATES, "drive", end=1.0)),
+    (r"name of a problem is 1; give a text", lambda: Problem(1, drive(), minimise=0)),
+    (r"name of a bound is State\(.*give a text", lambda: Bound(x, "room", upper=1)),
+    (r"unit of 'room' is 0; give a text .*lower=", lambda: Bound("room", x, 0, 1)),
+    (r"guess '1.5' of a free time", lambda: Between(1, 2, "1.5")),
+    (r"'jump' .* is 3; give a dict", lambda: joined(drive(), drive(), jump=3)),
+    (r"'constants' is \[3\]; give a dictionary", lambda: solve(task(drive()), constants=[3])),
+    (r"an MX does not mix .* of type SX", lambda: drive().integral(ca.MX.sym("k"))),
+    (
+        r"argument 'bound' is nan; give a finite number",
+        lambda: solve(task(drive()), bound=math.nan),
     ),
-    "a number as a problem's name": (
-        lambda: Problem(1, drive(), minimise=0),
-        r"name of a problem is 1; give a text",
+    (
+        r"argument 'bound' is -inf; give a finite number",
+        lambda: solve(task(drive()), bound=-math.inf),
     ),
-    "an expression before its name": (
-        lambda: Bound(x, "room", upper=1),
-        r"name of a bound is State\(.*give a text",
+    (r"'settings' is of type dict; write", lambda: solve(task(drive()), settings={})),
+    (r"'guess' is of type tuple; .*Phase\(g", lambda: solve(task(drive()), guess=(0, 1))),
+    (r"'mesh' is of type int; give a Mesh", lambda: solve(task(drive()), mesh=20)),
+    (r"'problem' is of type int; give a Problem", lambda: solve(3)),
+    (r"progress is 1; give True", lambda: solve(task(drive()), progress=1)),
+    (r"limit of a free time is Unknown.*Bound\('end'", lambda: Between(0.1, MOST)),
+    # symbols as if they were numbers
+    (r"'0<position' is neither true .*ca.if_else.* of if$", lambda: 1 if x > 0 else 2),
+    (r"neither true nor false", lambda: max(x, v)),
+    (r"ca.if_else\(.*\) instead of np.where$", lambda: np.where(x > 0, 1, 2)),
+    (r"'position' is a symbol and no number; write ca.sin", lambda: math.sin(x)),
+    (r"'k' is a symbol .*solution.value", lambda: float(Unknown("k"))),
+    # statements that are ill-posed
+    (r"initial value 5.0 of 'v'.*\[-1, 2\].*change one", lambda: move(initial={V: 5.0})),
+    (r"final value.*'other'.*no dynamics.*add its derivative", lambda: move(final={other: 1.0})),
+    (r"initial x.*2.0.*1.0.*swap", lambda: move(initial={X: (2.0, 1.0)})),
+    (r"initial value of 'x'.*give a number or a", lambda: move(initial={X: (0.0, 1.0, 2.0)})),
+    (r"'move' uses the state 'v'.*no dynamics.*add", lambda: Phase("move", {X: V}, end=1.0)),
+    (r"dynamics of phase 'move'.*no State", lambda: Phase("move", {U: X}, end=1.0)),
+    (r"'h' cross: lower 3 is above upper 2; swap", lambda: State("h", lower=3, upper=2)),
+    (r"'room' cross: lower 1 .* -1; swap", lambda: Bound("room", X, lower=1, upper=-1)),
+    (r"'room' has neither.*give one", lambda: Bound("room", X)),
+    (r"'room' is '1 m'; give a number", lambda: Bound("room", X, lower="1 m")),
+    (r"'thrust' is nan; give a number", lambda: Control("thrust", upper=math.nan)),
+    (r"scale of 'h' is -2.0; give a positive", lambda: State("h", scale=-2.0)),
+    (r"'mass' is nan; give it a finite", lambda: Constant("mass", "kg")),
+    (
+        r"derivative of 'x' in 'move'.*'stray'.*declare it",
+        lambda: Phase("move", {X: ca.SX.sym("stray")}, end=1.0),
     ),
-    "a limit as a bound's unit": (
-        lambda: Bound("room", x, 0, 1),
-        r"unit of 'room' is 0; give a text .*lower=",
+    (r"'both' has shape 2x1; give one scalar", lambda: Bound("both", ca.vertcat(X, V), upper=1)),
+    (r"derivative of 'x' has shape 2x1", lambda: Phase("move", {X: ca.vertcat(1, 2)}, end=1.0)),
+    (r"derivative of 'x' is 'v', not a CasADi", lambda: Phase("move", {X: "v"}, end=1.0)),
+    (r"'move' ends at 2.0 s, not after its start at 3.0 s", lambda: move(start=3.0, end=2.0)),
+    (r"free time.*5.*1; swap", lambda: Between(5, 1)),
+    (r"guess 3 .*outside \[1, 2\]; give a guess between", lambda: Between(1, 2, 3)),
+    (r"end of phase 'move' is inf; give a finite number", lambda: move(end=math.inf)),
+    (r"3.0 s lies outside phase 'move' \(0.0 to 2.0 s\)", lambda: move(end=2.0).at(3.0, X)),
+    (r"needs fixed times.*'move'.*split the phase", lambda: move(end=Between(1, 2)).at(1.0, X)),
+    (r"'load' has no.*give one", lambda: peak(name="load")),
+    (r"'task' needs exactly one of minimise and maximise", lambda: Problem("task", [move()])),
+    (r"'task' needs exactly one", lambda: Problem("task", [move()], minimise=0, maximise=0)),
+    (r"'task' uses the signal 'x'.*wrap it in at_start", lambda: minimise(move(), X**2)),
+    (r"objective has shape 2x1", lambda: minimise(move(), ca.SX(2, 1))),
+    (
+        r"signal called 'x'; rename",
+        lambda: minimise(Phase("move", {X: 1, State("x"): 2}, end=1.0), 0),
     ),
-    "a text as guess of a time": (lambda: Between(1, 2, "1.5"), r"guess '1.5' of a free time"),
-    "a number as jump": (lambda: joined(drive(), drive(), jump=3), r"'jump' .* is 3; give a dict"),
-    "a list of constants": (
-        lambda: solve(task(drive()), constants=[3]),
-        r"'constants' is \[3\]; give a dictionary",
+    (r"signal called 'u'; rename", lambda: minimise(Phase("move", {X: U + twin}, end=1.0), 0)),
+    (r"signal called 'x'; rename", lambda: minimise(Phase("move", {X: Control("x")}, end=1.0), 0)),
+    (r"'fast' asks for a large peak 'speed'.*from above", lambda: limited(lower=0.5)),
+    (r"'fast' asks for a large peak", lambda: limited(lower=Constant("least", value=0.5))),
+    (r"'fast' asks for a large peak", lambda: limited(-1, upper=-0.5)),
+    (
+        r"objective asks for a large peak",
+        lambda: Problem("task", [moved := move()], maximise=moved.at_end(X) + moved.peak(V)),
     ),
-    "an MX": (lambda: drive().integral(ca.MX.sym("k")), r"an MX does not mix .* of type SX"),
-}
-
-SYMBOLS_AS_NUMBERS = {
-    "if": (lambda: 1 if x > 0 else 2, r"'0<position' is neither true .*ca.if_else.* of if$"),
-    "max": (lambda: max(x, v), r"neither true nor false"),
-    "np.where": (lambda: np.where(x > 0, 1, 2), r"ca.if_else\(.*\) instead of np.where$"),
-    "math.sin": (lambda: math.sin(x), r"'position' is a symbol and no number; write ca.sin"),
-    "float": (lambda: float(Unknown("k")), r"'k' is a symbol .*solution.value"),
-}
-
-GUESSES = {
-    "an array": (np.linspace(0, 1, 5), r"give a number, a pair \(first, last\), a function"),
-    "a triple": ((0, 0.5, 1), r"is \(0, 0.5, 1\); give a number, a pair"),
-    "fewer values than times": (
-        (np.linspace(0, 2, 5), np.zeros(4)),
+    (r"objective of problem 'task' is a fixed number", lambda: minimise(move(), 3.0)),
+    (r"'task' has no phase", lambda: Problem("task", [], minimise=k)),
+    (r"initial value of 'x' depends on 'u'", lambda: move(initial={X: U})),
+    (
+        r"upper limit of 'b' depends on 'x'",
+        lambda: minimise(moved := move(bounds=[Bound("b", U, upper=X)]), moved.at_end(X)),
+    ),
+    (r"initial value \(3.0, 4.0\) of 'v' lies outside", lambda: move(initial={V: (3.0, 4.0)})),
+    (r"phase called 'move'; rename", lambda: Problem("task", [move(), move()], minimise=0)),
+    (
+        r"belongs to phase 'else'.*'task' does not have; add the phase",
+        lambda: minimise(move(), Phase("else", {other: 1}, end=1.0).at_end(other)),
+    ),
+    (
+        r"'next'.*Unknown linked by a Bound",
+        lambda: Phase("next", {other: move().at_end(X)}, end=1.0),
+    ),
+    (r"0 intervals is impossible; ask for 1", lambda: uniform(0, 3)),
+    (r"run from 0 to 1", lambda: PhaseMesh(np.array([0.1, 1.0]), 3)),
+    (r"must increase; remove", lambda: PhaseMesh(np.array([0, 0.5, 0.5, 1.0]), 3)),
+    (r"only inner breakpoints.*\(2,\)", lambda: PhaseMesh(np.array([0, 0.5, 1.0]), 3, (2,))),
+    (r"'intervals' is -3; give a positive integer", lambda: Settings(intervals=-3)),
+    (r"'path' is 0.0; give a positive number", lambda: Settings(accuracy=Accuracy(path=0.0))),
+    (
+        r"'controls' is 'cubic'; choose one of constant, linear, polynomial, automatic, full",
+        lambda: Settings(controls="cubic"),
+    ),
+    (
+        r"at least one objective",
+        lambda: solve_lexicographic(minimise(moved := move(), moved.at_end(X)), []),
+    ),
+    (
+        r"'task' does not use the constant 'mass'",
+        lambda: solve(task(drive()), constants={Constant("mass", "kg", 1.0): 2.0}),
+    ),
+    (r"phase 'idle' has no state; write dynamics", lambda: Phase("idle", {}, end=1.0)),
+    (
+        r"data of phase 'drive' at 1 s .*take them out",
+        lambda: drive().misfit(x, [0, 1], [1, math.nan]),
+    ),
+    (r"between 0.1 and inf needs a guess", lambda: solve(task(drive(end=Between(0.1, math.inf))))),
+    (r"breakpoint 11.0 of phase 'drive' is no time between", lambda: drive(breakpoints=[11.0])),
+    (r"breakpoint 'noon' of phase", lambda: drive(breakpoints=["noon"])),
+    (r"two phases that meet at 0\.5 s", lambda: drive(end=Between(1, 5), breakpoints=[0.5])),
+    (r"scale of 'the objective' is 0", lambda: task(drive(), scale=0)),
+    (r"scale of 'effort' is -1", lambda: drive().integral(u, "effort", scale=-1)),
+    # guesses
+    (r"give a number, a pair \(first, last\), a function", guessed(np.linspace(0, 1, 5))),
+    (r"is \(0, 0.5, 1\); give a number, a pair", guessed((0, 0.5, 1))),
+    (
         r"a table of 5 times and 4 values; .* two arrays of the same length",
+        guessed((np.linspace(0, 2, 5), np.zeros(4))),
     ),
-    "a column too many": ((np.linspace(0, 2, 5), np.zeros((5, 2))), r"5 times and 10 values"),
-    "times out of order": (([0, 2, 1], [0, 1, 2]), r"1 s follows 2 s; sort the table"),
-    "a function of another length": (
-        lambda times: np.zeros(3),
+    (r"5 times and 10 values", guessed((np.linspace(0, 2, 5), np.zeros((5, 2))))),
+    (r"1 s follows 2 s; sort the table", guessed(([0, 2, 1], [0, 1, 2]))),
+    (
         r"returns shape \(3,\) for times of shape .*; return one value for each time",
+        guessed(lambda times: np.zeros(3)),
     ),
-    "a function of one time only": (
-        lambda time: 0 if time < 1 else 1,
+    (
         r"fails on an array of times \(ValueError.*; write it with NumPy functions",
+        guessed(lambda time: 0 if time < 1 else 1),
     ),
-}
+    (r"guess of 'position' in phase 'drive' is not finite at 0 s; give finite", guessed(math.nan)),
+    (r"guess of 'position'.*not finite at 0 s", guessed(lambda t: np.where(t < 0.5, np.nan, 1.0))),
+    (r"guess of 'position' needs.*increasing times", guessed(([0, 1, 1], [1, 2, 3]))),
+    # settings, and what they hold
+    (r"no keyword 'degree'; write scheme=Radau\(3\)", lambda: Settings(degree=3)),
+    (r"'solver' is 'ipopt'; give Ipopt\(\)", lambda: Settings(solver="ipopt")),
+    (r"'scheme' is 'gauss'; write scheme=Gauss\(\)", lambda: Settings(scheme="gauss")),
+    (r"'scheme' is .*; write Gauss\(\)", lambda: Settings(scheme=Gauss)),
+    (r"'scheme' is 4; give one of Radau\(\), Gauss", lambda: Settings(scheme=4)),
+    (r"'solver' is .*; give Ipopt\(\)", lambda: Settings(solver=Ipopt)),
+    (r"give AdaptiveMesh\(\) or FixedMesh\(\)", lambda: Settings(refinement=False)),
+    (r"'intervals' is 2.5; give a positive integer", lambda: Settings(intervals=2.5)),
+    (r"'refinment'; did you mean 'refinement'\?", lambda: Settings(refinment=FixedMesh())),
+    (r"'turbo'; there are scheme, intervals, controls,", lambda: Settings(turbo=True)),
+    (r"'seconds' is inf; give a positive number", lambda: Settings(seconds=math.inf)),
+    (r"'iterations' is 0; give a positive", lambda: Settings(iterations=0)),
+    (r"'seconds' is -1.0; give a positive number", lambda: Settings(seconds=-1.0)),
+    (r"'dynamic'; did you mean 'dynamics'\?", lambda: Accuracy(dynamic=1e-6)),
+    (r"'replay' is -1.0; give a positive", lambda: Accuracy(replay=-1.0)),
+    (r"'round'; did you mean 'rounds'\?", lambda: AdaptiveMesh(round=3)),
+    (r"'rounds' of an adaptive mesh is 0; give a pos", lambda: AdaptiveMesh(rounds=0)),
+    (r"of a moving mesh is 0; give a pos", lambda: MovingMesh(most_intervals=0)),
+    (r"of a fixed mesh is 2.5; give a pos", lambda: FixedMesh(highest_degree=2.5)),
+    (r"is inf; give a whole number", lambda: Ipopt(max_iterations=math.inf)),
+    (r"'gain' of a certificate is 0; give a positive", lambda: Tolerances(gain=0)),
+    (r"FixedMesh has no keyword 'rounds'", lambda: FixedMesh(rounds=3)),
+    (r"did you mean 'max_iterations'\?", lambda: Ipopt(max_iteration=3)),
+    (
+        r"IPOPT does not accept the option nonsense=1; see the list of options",
+        lambda: Ipopt(options={"nonsense": 1}),
+    ),
+    (
+        r"does not accept the option mumps_pivot_order=99",
+        lambda: Ipopt(options={"mumps_pivot_order": 99}),
+    ),
+    (
+        r"IPOPT's option 'tol' is a field; write Ipopt\(tolerance=1e-08\)",
+        lambda: Ipopt(options={"tol": 1e-8}),
+    ),
+    (r"tolerance is 0; give a positive number", lambda: Ipopt(tolerance=0)),
+    (r"1 points.*at least 2", lambda: Lobatto(1)),
+    (r"0 points.*at least 1", lambda: Radau(0)),
+    (r"radau has 2\.5 points.*whole number", lambda: Radau(2.5)),
+    (r"trapezoid always has 2 points.*leave it out", lambda: Trapezoid(4)),
+    # vectors and tables
+    ("give the number of its components, such as shape=4", lambda: State("q", shape=0)),
+    ("not 'linear'; how a control.*piecewise='linear'", lambda: Control("u", shape="linear")),
+    ("'lower' of 'q' has 3 entries; give 2", lambda: State("q", shape=2, lower=[0, 0, 0])),
+    (r"is the tuple \(0, 1\).*give a list of 2 values", lambda: with_end((0, 1))),
+    ("the final value of 'q' has 3 entries; give 2", lambda: with_end([0, 1, 2])),
+    ("give at least 4 increasing numbers", lambda: Interpolant("drag", [0, 1, 1, 2], [1, 2, 3, 4])),
+    ("give at least 4 increasing numbers", lambda: Interpolant("drag", [0, 1], [1, 2])),
+    (r"finite values of the shape \(4,\)", lambda: Interpolant("drag", [0, 1, 2, 3], [1, 2])),
+    ("finite values", lambda: Interpolant("drag", [0, 1, 2, 3], [1, 2, np.nan, 4])),
+    ("choose bspline or linear", lambda: Interpolant("drag", [0, 1, 2, 3], [1, 2, 3, 4], "cubic")),
+]
 
-MISUSES = {**WRONG_KEYWORDS, **MISSING, **WRONG_KINDS, **SYMBOLS_AS_NUMBERS} | {
-    f"guess: {what}": (guessed(guess), words) for what, (guess, words) in GUESSES.items()
-}
 
-
-@pytest.mark.parametrize("case", MISUSES)
-def test_a_misuse_is_answered_in_one_sentence(case):
-    misuse, words = MISUSES[case]
+@pytest.mark.parametrize(("words", "misuse"), MISUSES)
+def test_a_misuse_is_answered_in_one_sentence(words, misuse):
     with pytest.raises(StatementError, match=words) as caught:
         misuse()
     assert "\n" not in str(caught.value)
@@ -296,15 +441,14 @@ def test_what_a_solution_cannot_sample_is_said():
         solution.sample(State("position", "m"), [0, 1])
     with pytest.raises(StatementError, match=r"no phase 'ride'; give one of 'drive'"):
         solution.sample(x, [0, 1], phase="ride")
+    with pytest.raises(StatementError, match=r"7.0 s lies outside the motion \(0.0 to 2.0 s\)"):
+        solution.sample(x, 7.0)
+    with pytest.raises(StatementError, match=r"'position' varies in time; sample it"):
+        solution.value(x)
     with pytest.raises(StatementError, match=r"sample has no keyword 'time'; did you mean 'times'"):
         solution.sample(x, time=[0, 1])
     with pytest.raises(StatementError, match=r"plot has no keyword 'signals'"):
         solution.plot(signals=[x])
-
-
-def test_data_without_a_value_are_refused():
-    with pytest.raises(StatementError, match=r"data of phase 'drive' at 1 s .*take them out"):
-        drive().misfit(x, [0, 1], [1, math.nan])
 
 
 def test_only_solutions_are_saved(tmp_path):
@@ -346,22 +490,6 @@ def test_a_value_of_a_constant_that_is_no_number_is_named(value):
     heavy = drive(dynamics={x: v, v: u / mass})
     with pytest.raises(StatementError, match=r"constant 'mass' is .*; give it a finite number"):
         solve(task(heavy), constants={mass: value})
-
-
-def test_a_limit_of_a_time_is_a_number():
-    with pytest.raises(StatementError, match=r"limit of a free time is Unknown.*Bound\('end'"):
-        Between(0.1, MOST)
-
-
-@pytest.mark.parametrize("bound", [math.nan, -math.inf, "4"])
-def test_a_bound_of_the_optimum_is_a_finite_number(bound):
-    with pytest.raises(StatementError, match=r"argument 'bound' is .*; give a finite number"):
-        solve(task(drive()), bound=bound)
-
-
-def test_a_phase_has_a_state():
-    with pytest.raises(StatementError, match=r"phase 'idle' has no state; write dynamics"):
-        Phase("idle", {}, end=1.0)
 
 
 def other_cells():
@@ -414,3 +542,110 @@ def test_a_bound_on_a_mere_number_is_refused(expression: object) -> None:
     # a limit that is sought is bounded by a number
     limited = task(PUSH, bounds=[Bound("room", 3.0, lower=MOST)])
     assert [bound.symbols for bound in limited.bounds] == [(MOST,)]
+
+
+def test_a_problem_knows_its_symbols():
+    phase = Phase("move", {X: U, other: z + k}, initial={X: 0}, end=1.0)
+    problem = minimise(phase, phase.at_end(X))
+    assert {s.name for s in problem.symbols} >= {"x", "u", "z", "k", "other"}
+    assert problem.unknowns == (k,)
+    assert problem.algebraics[phase.name] == (z,)
+
+
+def test_phases_that_follow_each_other_without_a_link_are_told():
+    phases = (PUSH, REST)
+    effort = PUSH.integral(u**2 + (x - 1) ** 2) + REST.integral(u**2)
+    with pytest.warns(StatementWarning, match=r"'rest' begins at 1.0 s, where 'push' ends, and"):
+        solve(Problem("apart", phases, minimise=effort))
+
+    # an unknown may stand between the two
+    height, pace = Unknown("height"), Unknown("pace")
+    between = [
+        phase_at(state) == unknown
+        for phase_at in (PUSH.at_end, REST.at_start)
+        for state, unknown in ((x, height), (v, pace))
+    ]
+    linked = solve(Problem("linked", phases, minimise=effort, links=joined(*phases)))
+    by_unknowns = solve(Problem("by unknowns", phases, minimise=effort, bounds=between))
+    assert by_unknowns.objective == pytest.approx(linked.objective, rel=1e-8)
+
+
+ANY_TIME = Between(0.1, 1.9)
+
+
+def free_pair(begins=ANY_TIME, **second):
+    """Two phases of a drive, of which the first one ends at a free time."""
+    stated = {"final": GOAL, "start": begins, "end": 2.0, **second}
+    return Phase("push", RATES, initial=START, end=ANY_TIME), Phase("rest", RATES, **stated)
+
+
+def apart(phases, **changed):
+    """A problem of two phases, of each of which something depends on the states."""
+    effort = sum(phase.integral(u**2 + (x - 1) ** 2) for phase in phases)
+    return Problem("apart", phases, **{"minimise": effort, **changed})
+
+
+def checked(problem):
+    """What is checked before a solve, without one."""
+    check_before_solve(problem, parameters_of(problem))
+
+
+def meeting_pairs():
+    """Problems of two phases that meet, with nothing between their states."""
+    same = free_pair()
+    return {
+        "the same range": (
+            apart(same),
+            r"begins between 0\.1 s and 1\.9 s, where 'push' ends, and both have the state "
+            r"'position'.*links=joined.* or give 'position' an initial value in 'rest' if it",
+        ),
+        "another guess": (apart(free_pair(begins=Between(0.1, 1.9, 1.0))), "where 'push' ends"),
+        "a budget of both": (
+            apart(same, bounds=[sum(phase.integral(u**2) for phase in same) <= 9]),
+            "where 'push' ends",
+        ),
+        "an end value in a bound": (
+            apart(free_pair(final={}), bounds=[same[1].at_end(x) == 1]),
+            "where 'push' ends",
+        ),
+    }
+
+
+@pytest.mark.parametrize("which", meeting_pairs())
+def test_phases_that_meet_at_a_free_time_without_a_link_are_told(which):
+    problem, words = meeting_pairs()[which]
+    with pytest.warns(StatementWarning, match=words):
+        checked(problem)
+
+
+def separate_pairs():
+    """Problems of two phases that have a link, or that none needs."""
+    pair, jumping, later = free_pair(), free_pair(), free_pair(begins=Between(0.1, 1.8))
+    between = Unknown("between", "m")
+    alike = Between(0.0, 1.9)
+    side_by_side = tuple(
+        Phase(name, RATES, start=alike, end=alike, final=GOAL) for name in ("calm", "windy")
+    )
+    return {
+        "joined": apart(pair, links=joined(*pair)),
+        "jumping": apart(jumping, links=joined(*jumping, jump={v: -v})),
+        "by an unknown": apart(
+            pair, bounds=[pair[0].at_end(x) == between, pair[1].at_start(x) == between]
+        ),
+        "by an expression of several": apart(pair, bounds=[pair[1].at_start(v - 2 * x) == 0]),
+        "at a price": apart(
+            pair,
+            minimise=pair[0].integral(u**2) + (pair[1].at_start(x) - pair[0].at_end(x)) ** 2,
+            bounds=[pair[1].peak(u) <= 3],
+        ),
+        "begins anew": apart(free_pair(initial=START)),
+        "other ranges": apart(later),
+        "a pause between": apart(later, links=[later[1].start_time == later[0].end_time + 0.1]),
+        "side by side": apart(side_by_side),
+        "side by side from one time on": apart(free_pair(begins=0.0)),
+    }
+
+
+@pytest.mark.parametrize("which", separate_pairs())
+def test_phases_that_are_linked_or_separate_are_no_false_alarm(which):
+    checked(separate_pairs()[which])

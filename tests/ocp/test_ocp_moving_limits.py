@@ -1,4 +1,4 @@
-"""Limits of controls that change in time."""
+"""Limits of controls that change in time, that controls share, and that are sought."""
 
 from __future__ import annotations
 
@@ -18,9 +18,11 @@ from ocp import (
     Problem,
     Settings,
     State,
-    certify,
+    Unknown,
     solve,
 )
+from ocp.numerics.piecewise_polynomial import bernstein, elevation
+from tests.ocp.problems import certified
 
 X, V, U = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
 
@@ -61,9 +63,7 @@ def least_time(share, rate, way):
     ("share", "rate", "way"), [(0.5, 3.0, 3.0), pytest.param(0.8, 6.0, 4.0, marks=pytest.mark.slow)]
 )
 def test_a_control_follows_a_limit_that_waves(share, rate, way) -> None:
-    found = solve(dash(share, rate, way))
-    assert found.objective == pytest.approx(least_time(share, rate, way), rel=2e-6)
-    assert certify(found).passed
+    certified(dash(share, rate, way), least_time(share, rate, way), 2e-6)
 
 
 @pytest.mark.slow
@@ -76,7 +76,7 @@ def test_a_peak_relative_to_a_limit_that_waves() -> None:
     """The least largest |u| / (1 + sin(3 t) / 2) over 1 m in 2 s: one switch, both sides equal."""
     limit = 1 + 0.5 * ca.sin(3 * TIME)
     phase = Phase("move", {X: V, V: U}, {X: 0, V: 0}, {X: 1, V: 0}, end=2.0)
-    found = solve(Problem("move", phase, minimise=phase.peak(U / limit, absolute=True)))
+    problem = Problem("move", phase, minimise=phase.peak(U / limit, absolute=True))
 
     def speed(t):
         return t + 0.5 * (1 - np.cos(3 * t)) / 3
@@ -86,8 +86,7 @@ def test_a_peak_relative_to_a_limit_that_waves() -> None:
 
     switch = brentq(lambda t: 2 * speed(t) - speed(2), 0, 2)
     way = moment(switch) + 2 * speed(switch) * (2 - switch) + moment(switch) - moment(2)
-    assert found.objective == pytest.approx(1 / way, rel=2e-6)
-    assert certify(found).passed
+    certified(problem, 1 / way, 2e-6)
 
 
 @pytest.mark.slow
@@ -102,12 +101,92 @@ def test_an_arc_on_a_limit_that_waves_and_holds_a_state() -> None:
         end=Between(0.5, 9),
         bounds=[Bound("power", push * fast - 0.6 * ca.sin(3 * TIME), upper=1)],
     )
-    found = solve(Problem("haul", phase, minimise=phase.duration))
 
     def driven(t, y):
         return [y[1], min(2.0, (1 + 0.6 * np.sin(3 * t)) / max(y[1], 1e-9))]
 
     at = solve_ivp(driven, (0, 6), [0, 0], rtol=1e-9, atol=1e-12, max_step=0.01, dense_output=True)
     brake = brentq(lambda t: at.sol(t)[0] + at.sol(t)[1] ** 2 / 4 - 3, 0.1, 6)
-    assert found.objective == pytest.approx(brake + at.sol(brake)[1] / 2, rel=4e-6)
-    assert certify(found).passed
+    problem = Problem("haul", phase, minimise=phase.duration)
+    certified(problem, brake + at.sol(brake)[1] / 2, 4e-6)
+
+
+@pytest.mark.parametrize(("count", "higher"), [(1, 1), (1, 4), (2, 5), (3, 4)])
+def test_elevated_coefficients_are_the_same_polynomial(count, higher):
+    coefficients = np.arange(1.0, count + 1) ** 2
+    tau = np.linspace(0, 1, 7)
+    raised = elevation(count, higher) @ coefficients
+    assert bernstein(higher, tau) @ raised == pytest.approx(bernstein(count, tau) @ coefficients)
+
+
+def spring(limited):
+    """Rest to rest of a damped mass on a spring within 2 s, by the least largest thrust."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    p = Unknown("p", "m/s^2", lower=0, upper=10, guess=5)
+    move = Phase(
+        "move",
+        dynamics={x: v, v: u - 0.3 * v - x},
+        initial={x: 0, v: 0},
+        final={x: 1, v: 0},
+        end=2.0,
+        bounds=[u <= p, u >= -p] if limited else (),
+    )
+    return Problem("spring", move, minimise=p if limited else move.peak(u, absolute=True)), u
+
+
+def least_thrust():
+    """Bang-bang with one switch: the end is linear in thrust and switching time alone sets it."""
+    slopes = np.array([[0.0, 1.0], [-1.0, -0.3]])
+    rates, vectors = np.linalg.eig(slopes)
+
+    def driven(seconds):
+        # integral of e^{A s} B over [0, seconds]
+        grown = (np.exp(rates * seconds) - 1) / rates
+        return (vectors @ np.diag(grown) @ np.linalg.inv(vectors) @ [0, 1]).real
+
+    low, high = 0.0, 2.0
+    for _ in range(100):
+        switch = 0.5 * (low + high)
+        # thrust +1 until the switch, then -1
+        end = driven(2.0) - 2 * driven(2.0 - switch)
+        low, high = (switch, high) if end[1] < 0 else (low, switch)
+    return 1 / end[0]
+
+
+@pytest.mark.parametrize("limited", [True, False])
+def test_a_largest_thrust_takes_few_rounds_and_never_leaks(limited):
+    problem, u = spring(limited)
+    solution = certified(problem, least_thrust(), 2e-6)
+    # point by point it took twelve
+    assert len(solution.mesh_iterations) <= 4
+    thrust = solution.sample(u, np.linspace(0, 2, 20001))
+    assert np.abs(thrust).max() <= solution.objective * (1 + 1e-7)
+
+
+def test_a_drive_gives_room_to_another_where_they_share_a_limit():
+    # the second drive is worth half as much for the first state but pays nothing: all thrust goes
+    # to the first as long as it pays, and the sum is always used up
+    x, v = State("x"), State("v")
+    a, b = Control("a", lower=0, upper=2), Control("b", lower=0, upper=2)
+    go = Phase(
+        "go",
+        {x: v, v: a + 0.5 * b},
+        {x: 0, v: 0},
+        {x: 1},
+        end=Between(0.1, 9, 2),
+        bounds=[a + b <= 1],
+    )
+    solution = solve(Problem("go", go, minimise=go.end_time))
+    # a = 1, b = 0: x = t^2 / 2
+    assert solution.objective == pytest.approx(np.sqrt(2.0), rel=1e-6)
+    times = np.linspace(0, solution.objective, 101)
+    assert np.all(solution.sample(a, times) + solution.sample(b, times) <= 1 + 1e-7)
+
+
+def test_a_limit_of_other_signals_keeps_its_points():
+    x, v, u = State("x"), State("v"), Control("u", lower=-2, upper=2)
+    bounds = [u * v <= 0.5, ca.sin(u) <= 0.9, u - v <= 1]
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=2.5, bounds=bounds)
+    solution = solve(Problem("power", move, minimise=move.integral(u**2)))
+    constraints = solution.iterate.transcription.constraints[0]
+    assert not any(constraint.of_controls for constraint in constraints)

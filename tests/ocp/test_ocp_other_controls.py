@@ -11,16 +11,14 @@ from ocp import (
     TIME,
     Bound,
     Control,
-    FixedMesh,
     Phase,
     Problem,
-    Settings,
     State,
     StatementWarning,
-    certify,
     solve,
 )
 from ocp.diagnostics.other_controls import other_controls
+from tests.ocp.problems import certified, check_of, least_effort, solved_on
 
 x = State("x")
 throttle = Control("throttle", lower=-2, upper=2)
@@ -43,16 +41,11 @@ def greedy():
     return solve_ivp(fastest, (0, 2), [-1.0], rtol=1e-10, atol=1e-12, max_step=0.01).y[0, -1]
 
 
-def checks(solution):
-    return {check.name: check for check in certify(solution).checks}
-
-
 @pytest.mark.parametrize("guessed", [1.0, -1.0])
 def test_a_guess_in_one_mode_stays_there_and_that_is_said(guessed: float) -> None:
     found = solve(two_modes(guess={x: (-1, 1), throttle: guessed}))
     assert found.objective < greedy() - 0.1
-    check = checks(found)["other controls"]
-    assert f"throttle = {-guessed:.0f}"[:12] in check.sentence
+    check = check_of(found, "other controls")
     assert not check.passed
     assert "other controls promise to gain" in check.sentence
     assert f"throttle = {-guessed:.0f}"[:12] in check.sentence
@@ -61,9 +54,7 @@ def test_a_guess_in_one_mode_stays_there_and_that_is_said(guessed: float) -> Non
 
 def test_a_guess_that_changes_the_mode_is_certified() -> None:
     changing = {x: (-1, 1.3), throttle: lambda t: np.where(t < 0.9, -1.0, 1.0)}
-    found = solve(two_modes(guess=changing))
-    assert found.objective == pytest.approx(greedy(), rel=1e-6)
-    assert certify(found).passed
+    certified(two_modes(guess=changing), greedy())
 
 
 def test_an_interval_is_cut_where_the_mode_changes() -> None:
@@ -71,12 +62,9 @@ def test_an_interval_is_cut_where_the_mode_changes() -> None:
     control = Control("u", lower=-2, upper=2)
     rate = 1 - (control**2 - 1) ** 2 + 0.5 * (TIME - 0.437) * control
     phase = Phase("go", {x: rate}, initial={x: 0}, end=1.0)
-    found = solve(Problem("moving hills", phase, maximise=phase.at_end(x)))
-
     times = (np.arange(2000) + 0.5) / 2000
     rates = 1 - (VALUES**2 - 1) ** 2 + 0.5 * (times[:, None] - 0.437) * VALUES
-    assert found.objective == pytest.approx(rates.max(axis=1).mean(), rel=1e-6)
-    assert certify(found).passed
+    certified(Problem("moving hills", phase, maximise=phase.at_end(x)), rates.max(axis=1).mean())
 
 
 def test_a_cost_that_steps_with_the_control_is_no_linear_one() -> None:
@@ -88,7 +76,7 @@ def test_a_cost_that_steps_with_the_control_is_no_linear_one() -> None:
         problem = Problem("brake", phase, minimise=cost)
     found = solve(problem)
     assert found.objective == pytest.approx(5.0, rel=1e-6)  # and 4 is the least
-    assert not checks(found)["other controls"].passed
+    assert not check_of(found, "other controls").passed
 
 
 def test_zero_is_tried_for_a_control_without_limits() -> None:
@@ -98,7 +86,7 @@ def test_zero_is_tried_for_a_control_without_limits() -> None:
     phase = Phase("go", {x: rate}, initial={x: 0}, final={x: 1}, end=1.0, guess={u: 3.0, x: (0, 1)})
     found = solve(Problem("dead zone", phase, minimise=phase.integral(u**2)))
     assert found.objective == pytest.approx(9.0, rel=1e-6)
-    check = checks(found)["other controls"]
+    check = check_of(found, "other controls")
     assert "gain 0.33 of the objective, such as u = 0 instead of 3 at" in check.sentence
     assert not check.passed
 
@@ -110,7 +98,7 @@ def test_a_cost_with_a_kink_in_the_control_is_no_square() -> None:
     cost = phase.integral(u**2 - 3 * ca.fabs(u) + 1e-9 * x)
     found = solve(Problem("two valleys", phase, minimise=cost))
     assert found.objective == pytest.approx(-2.0, rel=1e-6)
-    check = checks(found)["other controls"]
+    check = check_of(found, "other controls")
     assert "u = 1.5 instead of -1" in check.sentence
     assert not check.passed
 
@@ -121,16 +109,13 @@ def test_an_optimum_that_needs_endless_switches_is_not_claimed() -> None:
     phase = Phase("go", {x: slope}, initial={x: 0}, final={x: 0}, end=1.0)
     found = solve(Problem("bolza", phase, minimise=phase.integral((slope**2 - 1) ** 2 + x**2)))
     assert found.objective > 1e-5
-    check = checks(found)["other controls"]
+    check = check_of(found, "other controls")
     assert "limit how fast" in check.sentence
     assert not check.passed
 
 
 def test_where_the_hamiltonian_is_convex_nothing_is_tried() -> None:
-    v, u = State("v"), Control("u")
-    phase = Phase("go", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
-    check = checks(solve(Problem("go", phase, minimise=phase.integral(u**2))))["other controls"]
-    assert check.value == 0.0
+    assert check_of(solve(least_effort()), "other controls").value == 0.0
 
 
 def is_tried(least: float, most: float, grip: object = 1.0) -> bool:
@@ -142,8 +127,7 @@ def is_tried(least: float, most: float, grip: object = 1.0) -> bool:
         "go", {x: a, y: b - y}, {x: 0, y: 0}, bounds=[size], end=1.0, guess={a: 0.6, b: 0.6}
     )
     problem = Problem("go", phase, maximise=phase.at_end(x + y))
-    fixed = Settings(intervals=5, refinement=FixedMesh(), verify=False)
-    found = solve(problem, settings=fixed)
+    found = solved_on(5, problem, verify=False)
     return bool(list(other_controls(found.kept_iterate, found.evaluator)))
 
 

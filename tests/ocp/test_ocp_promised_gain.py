@@ -1,33 +1,26 @@
-"""What finer controls promise, and where the promise counts."""
+"""What finer controls promise, where the promise counts, and where they share limits."""
+
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, linprog
 
-from ocp import (
-    Between,
-    Control,
-    FixedMesh,
-    Phase,
-    Problem,
-    Radau,
-    Settings,
-    State,
-    certify,
-    solve,
-)
+from ocp import Between, Bound, Control, Phase, Problem, Radau, State
 from ocp.estimates.promised_gain import PhaseGains, promised_gain
 from ocp.optimality.active_set import strongest_multipliers
+from ocp.optimality.control_gains import SharedLimit, _shares, limits_by_group, traded_gain
+from tests.ocp.problems import certified, rest_to_rest, solved_on
 
 
 def moved(minimise, end):
     """A distance of 1 m from rest to rest."""
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-10, upper=20)
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=end)
-    problem = Problem("move", [phase], minimise=minimise(phase, u))
-    return solve(problem, settings=Settings(intervals=7, refinement=FixedMesh()))
+    *_, u, phase = rest_to_rest(end=end, lower=-10, upper=20)
+    return solved_on(7, Problem("move", [phase], minimise=minimise(phase, u)))
 
 
 def telling(solution, *, acting):
@@ -67,8 +60,7 @@ def slow_move(*, with_pump):
         "slow move", [phase], minimise=effort - phase.at_end(level) if with_pump else effort
     )
     # odd, so that the arc begins inside an interval
-    fixed = Settings(intervals=11, scheme=Radau(4), refinement=FixedMesh(), verify=False)
-    return solve(problem, settings=fixed)
+    return solved_on(11, problem, scheme=Radau(4), verify=False)
 
 
 def test_a_control_on_its_bound_makes_no_noise_of_another_one_tell():
@@ -118,7 +110,96 @@ def test_a_limit_that_the_start_lies_on_does_not_hide_the_peak():
         final={q: np.pi / 2, w: (0, 0.05)},
         end=30.0,
     )
-    found = solve(Problem("panel", panel, minimise=panel.peak(rope)))
-    assert found.objective == pytest.approx(least, rel=1e-7)
+    found = certified(Problem("panel", panel, minimise=panel.peak(rope)), least, 1e-7)
     assert found.mesh_iterations[-1].intervals < 100
-    assert certify(found).passed
+
+
+number = st.floats(-2.0, 2.0).filter(lambda value: abs(value) > 1e-2)
+# no room within the 1e-7 to which the linear program keeps its limits, but for none
+size = st.integers(0, 2000).map(lambda thousandths: thousandths / 1000)
+
+
+def most(slope, down, up, rows, slack):
+    """The most of -slope . step with rows . step <= slack, by SciPy."""
+    found = linprog(slope, A_ub=rows, b_ub=slack, bounds=list(zip(-down, up, strict=True)))
+    assert found.success
+    return -found.fun
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.tuples(*[number] * 6), st.tuples(*[size] * 6))
+def test_two_controls_of_two_limits_gain_what_a_linear_program_gives(numbers, sizes):
+    slope, rows = np.array(numbers[:2]), np.array(numbers[2:]).reshape(2, 2)
+    down, up, slack = np.array(sizes[:2]), np.array(sizes[2:4]), np.array(sizes[4:])
+    limits = [
+        SharedLimit(row[None], np.array([np.inf]), np.array([limit]))
+        for row, limit in zip(rows, slack, strict=True)
+    ]
+    bound = traded_gain(slope[None], (down[None], up[None]), limits)[0]
+    # where a limit does not act, the controls' own room is what bounds the gain
+    alone = float(np.abs(slope) @ np.where(slope > 0, down, up))
+    exact = most(slope, down, up, rows, slack)
+    assert min(bound, alone) == pytest.approx(exact, rel=1e-8, abs=1e-8)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.tuples(*[number] * 15), st.tuples(*[size] * 9))
+def test_three_limits_of_three_controls_gain_no_more(numbers, sizes):
+    slope, rows = np.array(numbers[:3]), np.array(numbers[3:12]).reshape(3, 3)
+    down, up, slack = (np.array(sizes[k : k + 3]) for k in (0, 3, 6))
+    limits = [
+        SharedLimit(row[None], np.array([np.inf]), np.array([limit]))
+        for row, limit in zip(rows, slack, strict=True)
+    ]
+    bound = traded_gain(slope[None], (down[None], up[None]), limits)[0]
+    alone = float(np.abs(slope) @ np.where(slope > 0, down, up))
+    assert min(bound, alone) >= most(slope, down, up, rows, slack) - 1e-8
+
+
+def test_controls_are_grouped_by_the_limits_that_they_share():
+    def limit(*held):
+        slopes = np.zeros((3, 5))
+        slopes[:, held] = 1.0
+        return SharedLimit(slopes, np.ones(3), np.ones(3))
+
+    limits = [limit(0, 3), limit(1, 4), limit(3, 4)]
+    groups = {tuple(own): len(shared) for own, shared in limits_by_group(limits, 5)}
+    assert groups == {(2,): 0, (0, 1, 3, 4): 3}
+    apart = {tuple(own): shared for own, shared in limits_by_group(limits[:2], 5)}
+    assert sorted(apart) == [(0, 3), (1, 4), (2,)]
+    assert apart[0, 3][0].slopes.tolist() == [[1.0, 1.0]] * 3
+
+
+def test_a_limit_is_shared_wherever_the_first_of_its_times_is():
+    # s >= F v, from rest: the force makes no power at first
+    speeds = np.array([0.0, 0.5, 1.0])
+    limit = SimpleNamespace(is_equation=False, of_controls=True)
+    assert _shares(limit, np.stack([np.ones(3), -speeds], axis=1))
+    assert not _shares(limit, np.stack([np.ones(3), np.zeros(3)], axis=1))
+
+
+def test_two_costs_with_kinks_are_held_apart():
+    # two masses, each as in the test below: what one pays is no matter of the other
+    states = [(State(f"x{k}", "m"), State(f"v{k}", "m/s")) for k in range(2)]
+    thrusts = [Control(f"u{k}", "m/s^2", lower=-1, upper=1) for k in range(2)]
+    rates, start, end = {}, {}, {}
+    for (x, v), u in zip(states, thrusts, strict=True):
+        rates |= {x: v, v: u}
+        start |= {x: 0, v: 0}
+        end |= {x: 1, v: 0}
+    move = Phase("move", rates, start, end, end=3.0)
+    fuel = sum(move.integral(ca.fabs(u)) for u in thrusts)
+    found = certified(Problem("two masses", move, minimise=fuel), 2 * (3.0 - np.sqrt(5.0)))
+    assert found.mesh_iterations[-1].intervals < 60
+
+
+def test_a_modulus_as_a_control_above_two_sides():
+    # 1 m from rest to rest in 3 s by the least integral of |u|, |u| <= 1: thrust for t1, coast,
+    # brake for t1, and t1 (3 - t1) = 1
+    x, v = State("x", "m"), State("v", "m/s")
+    u, size = Control("u", "m/s^2", lower=-1, upper=1), Control("size", "m/s^2")
+    sides = [Bound("above u", size - u, lower=0), Bound("above -u", size + u, lower=0)]
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=3.0, bounds=sides)
+    found = certified(Problem("least fuel", move, minimise=move.integral(size)), 3.0 - np.sqrt(5.0))
+    # on the coasting arc neither control alone has room, and both together gain nothing
+    assert found.mesh_iterations[-1].intervals < 60

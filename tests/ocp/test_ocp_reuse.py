@@ -1,31 +1,32 @@
-"""Prepared problems, homotopy, budgets and solves without verification."""
+"""What is used again: prepared problems, neighbours on a homotopy, multipliers as a warm start."""
 
 import dataclasses
-import time
 
-import casadi as ca
+import numpy as np
 import pytest
 
 from ocp import (
-    AdaptiveMesh,
     Between,
-    BudgetSpent,
     Constant,
     Control,
     FixedMesh,
     HomotopyStopped,
-    IterationLimit,
+    Mesh,
     Phase,
     Problem,
-    Radau,
     Settings,
+    Solution,
     State,
     StatementError,
-    certify,
     homotopy,
     prepare,
     solve,
 )
+from ocp.mesh.mesh import bisected
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.warm_start import carried_multipliers
+from ocp.transcription.transcribe import Transcription, transcribe
+from tests.ocp.problems import bryson_denham, certified, double_integrator, pendulum
 
 DISTANCE = Constant("distance", "m", 1.0)
 CAP = Constant("cap", "m/s^2", 2.0)
@@ -33,32 +34,18 @@ CAP = Constant("cap", "m/s^2", 2.0)
 
 def race() -> Problem:
     """Least time between two points of rest, ``2 sqrt(distance / cap)``."""
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-CAP, upper=CAP)
-    phase = Phase(
-        "race",
-        {x: v, v: u},
-        {x: 0, v: 0},
-        {x: DISTANCE, v: 0},
-        end=Between(0.1, 20, guess=2),
-        guess={x: (0, 1)},
-    )
+    x, v, _, rates = double_integrator(lower=-CAP, upper=CAP)
+    ends, end = ({x: 0, v: 0}, {x: DISTANCE, v: 0}), Between(0.1, 20, guess=2)
+    phase = Phase("race", rates, *ends, end=end, guess={x: (0, 1)})
     return Problem("race", phase, minimise=phase.end_time)
 
 
-def swing() -> Problem:
-    """Least effort that turns a pendulum by an angle; the far turn is hard from a bad guess."""
-    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "N m")
-    phase = Phase(
-        "swing", {q: w, w: u - 9.81 * ca.sin(q)}, {q: 0, w: 0}, {q: DISTANCE, w: 0}, end=1.0
-    )
-    return Problem("swing", phase, minimise=phase.integral(u.symbol**2))
+# the far turn is hard from a bad guess
+SWING = pendulum(DISTANCE, 1.0)
 
 
 def test_what_is_read_of_an_answer_later_is_its_own() -> None:
-    x, v, u = State("x", "m", upper=CAP), State("v", "m/s"), Control("u", "m/s^2")
-    ride = Phase("ride", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
-    problem = Problem("ride", (ride,), minimise=ride.integral(u.symbol**2 / 2))
-    made = prepare(problem, settings=Settings(intervals=10, refinement=FixedMesh()))
+    made = prepare(bryson_denham(CAP), settings=Settings(intervals=10, refinement=FixedMesh()))
 
     # of the first answer nothing is read before the second one is there
     low = made.solve(constants={CAP: 0.2})
@@ -66,7 +53,7 @@ def test_what_is_read_of_an_answer_later_is_its_own() -> None:
     assert low.verdict == "local: best of 1 start; not confirmed (ocp.certify)"
     assert low.verification.replayed_objective == pytest.approx(2.24, rel=1e-9)
     assert low.mesh_iterations[0].excess < 1e-9
-    assert low.costate(x, 0.25) == pytest.approx(4.8, rel=1e-6)
+    assert low.costate("x", 0.25) == pytest.approx(4.8, rel=1e-6)
     assert lower.verdict == "unverified"
     assert lower.verification.replayed_objective == pytest.approx(4.0407882, rel=1e-7)
     assert lower.mesh_iterations[0].excess == pytest.approx(2.4821e-4, rel=1e-3)
@@ -93,11 +80,11 @@ def test_a_prepared_problem_of_a_solution_is_its_program() -> None:
 
 
 def test_a_homotopy_stops_at_every_value_and_starts_warm() -> None:
-    path = homotopy(swing(), DISTANCE, [1.2, 1.5], settings=Settings(intervals=8))
+    path = homotopy(SWING, DISTANCE, [1.2, 1.5], settings=Settings(intervals=8))
     assert [s.trajectory.constants["distance"] for s in path.solutions] == [1.2, 1.5]
     assert [s.solved for s in path.steps] == [True, True]
     assert all(s.verdict.startswith("local") for s in path.solutions)
-    direct = solve(swing(), settings=Settings(intervals=8), constants={DISTANCE: 1.5})
+    direct = solve(SWING, settings=Settings(intervals=8), constants={DISTANCE: 1.5})
     assert path.solution.objective == pytest.approx(direct.objective, rel=1e-7)
     assert path.solution.iterations <= direct.iterations
 
@@ -117,82 +104,97 @@ def test_a_homotopy_halves_its_step_and_says_how_far_it_came() -> None:
 
 def test_a_homotopy_needs_somewhere_to_go() -> None:
     with pytest.raises(StatementError, match="no value to go to"):
-        homotopy(swing(), DISTANCE, [])
+        homotopy(SWING, DISTANCE, [])
     with pytest.raises(StatementError, match="least step"):
-        homotopy(swing(), DISTANCE, 1.2, least_step=0)
-
-
-def test_a_budget_ends_refinement_with_the_best_round_that_holds() -> None:
-    settings = Settings(intervals=7)
-    full = solve(race(), settings=settings)
-    assert len(full.mesh_iterations) > 1
-    assert full.mesh_iterations[0].dynamics_error < settings.accuracy.dynamics
-    short = solve(
-        race(), settings=Settings(intervals=7, iterations=full.mesh_iterations[0].iterations)
-    )
-    assert len(short.mesh_iterations) == 1
-    assert short.verification.passed
-    assert "the budget of" in short.verdict
-    assert "ended the refinement" in short.verdict
-    assert "budget" not in full.verdict
-
-
-def test_a_budget_can_end_inside_a_later_round() -> None:
-    settings = Settings(intervals=7)
-    first = solve(race(), settings=settings).mesh_iterations[0]
-    short = solve(race(), settings=Settings(intervals=7, iterations=first.iterations + 1))
-    assert [r.status for r in short.mesh_iterations] == [
-        first.status,
-        "Maximum_Iterations_Exceeded",
-    ]
-    assert short.iterations == first.iterations + 1
-    assert short.objective == pytest.approx(first.objective, rel=1e-12)
-    assert "ended the refinement" in short.verdict
-
-
-def test_a_budget_that_ends_before_any_round_is_an_error_with_the_iterate() -> None:
-    with pytest.raises(BudgetSpent, match=r"budget of 3 iterations .* no mesh iteration") as spent:
-        solve(race(), settings=Settings(iterations=3))
-    assert isinstance(spent.value, IterationLimit)
-    assert spent.value.iterate.phases[0].name == "race"
-    assert spent.value.finished is None
-
-
-def test_a_budget_that_ends_on_a_coarse_mesh_is_an_error_with_that_round() -> None:
-    coarse = Settings(scheme=Radau(2), intervals=1, refinement=AdaptiveMesh(highest_degree=2))
-    with pytest.raises(BudgetSpent, match="no mesh iteration") as spent:
-        solve(swing(), settings=dataclasses.replace(coarse, iterations=1))
-    assert spent.value.finished is None
-    one = solve(
-        swing(),
-        settings=dataclasses.replace(
-            coarse, refinement=AdaptiveMesh(rounds=1, highest_degree=2), verify=False
-        ),
-    )
-    enough = dataclasses.replace(coarse, iterations=one.mesh_iterations[0].iterations)
-    with pytest.raises(BudgetSpent, match="errors between the points were still") as spent:
-        solve(swing(), settings=enough)
-    assert spent.value.finished is not None
-
-
-def test_a_budget_of_seconds_is_kept() -> None:
-    begin = time.perf_counter()
-    with pytest.raises(BudgetSpent, match=r"budget of 0\.001 s"):
-        solve(race(), settings=Settings(seconds=1e-3))
-    assert time.perf_counter() - begin < 5
-
-
-@pytest.mark.parametrize("budget", [{"iterations": 0}, {"seconds": -1.0}])
-def test_a_budget_is_positive(budget: dict[str, float]) -> None:
-    with pytest.raises(StatementError, match="give a positive number"):
-        Settings(**budget)
+        homotopy(SWING, DISTANCE, 1.2, least_step=0)
 
 
 def test_without_verification_nothing_is_replayed_and_nothing_is_claimed() -> None:
-    found = solve(race(), settings=Settings(verify=False))
+    # it replays on its own
+    found = certified(race(), 2**0.5, settings=Settings(verify=False))
     assert found.verdict == "unverified"
     assert not found.verification.passed
-    assert found.objective == pytest.approx(2**0.5, rel=1e-6)
     with pytest.raises(StatementError, match="no replay; solve with verify=True"):
         found.value(found.problem.minimise, replayed=True)
-    assert certify(found).passed  # it replays on its own
+
+
+ROOF = Constant("cap", "m", 1 / 9)
+FIXED = Settings(intervals=12, refinement=FixedMesh())
+
+
+@pytest.fixture(scope="module")
+def solved() -> Solution:
+    """The problem on a fixed mesh."""
+    return solve(bryson_denham(ROOF), settings=FIXED)
+
+
+def on_mesh(iterate: Iterate, mesh: Mesh, objective: float = 1.0) -> Transcription:
+    """The iterate's problem on another mesh, the size of its objective multiplied."""
+    size = objective * iterate.scales.objective
+    scales = dataclasses.replace(iterate.scales, objective=size)
+    return transcribe(iterate.problem, mesh, iterate.scheme, iterate.controls, scales)
+
+
+def test_its_own_program_gets_the_very_multipliers(solved: Solution) -> None:
+    iterate = solved.kept_iterate
+    carried = carried_multipliers(iterate, iterate.transcription)
+    assert carried is not None
+    assert carried[0] is iterate.bound_multipliers
+    assert carried[1] is iterate.row_multipliers
+
+
+@pytest.mark.parametrize("objective", [1.0, 5.0])
+def test_the_same_mesh_gets_the_same_multipliers(solved: Solution, objective: float) -> None:
+    iterate = solved.kept_iterate
+    copy = Mesh(iterate.mesh.phases, iterate.mesh.extra)
+    target = on_mesh(iterate, copy, objective)
+    carried = carried_multipliers(iterate, target)
+    assert carried is not None
+    columns, rows = carried
+    np.testing.assert_allclose(objective * rows, iterate.row_multipliers, atol=1e-7)
+    lower, upper = target.columns.limits.at(iterate.parameters)
+    free = lower < upper
+    np.testing.assert_allclose(
+        objective * columns[free], iterate.bound_multipliers[free], atol=1e-7
+    )
+
+
+def test_other_sizes_of_signals_get_none(solved: Solution) -> None:
+    iterate = solved.kept_iterate
+    scales = dataclasses.replace(
+        iterate.scales, signals={name: 2.0 * size for name, size in iterate.scales.signals.items()}
+    )
+    target = transcribe(iterate.problem, iterate.mesh, iterate.scheme, iterate.controls, scales)
+    assert carried_multipliers(iterate, target) is None
+
+
+def test_costates_and_masses_carry_over_to_a_finer_mesh(solved: Solution) -> None:
+    iterate = solved.kept_iterate
+    finer = bisected(iterate.mesh, 100)
+    assert finer is not None
+    again = solve(solved.problem, settings=FIXED, mesh=finer).kept_iterate
+    target = on_mesh(iterate, finer)
+    carried = carried_multipliers(iterate, target)
+    assert carried is not None
+    columns, rows = carried
+    size = np.abs(again.row_multipliers).max()
+    assert np.abs(rows - again.row_multipliers).max() < 0.02 * size
+    lower, upper = target.columns.limits.at(iterate.parameters)
+    free = lower < upper
+    mass = again.bound_multipliers[free].sum()
+    assert mass == pytest.approx(4, rel=1e-3)  # two jumps of 18 by the size 1/9 of the position
+    assert columns[free].sum() == pytest.approx(mass, rel=1e-4)
+
+
+def test_a_solution_starts_its_own_program_again(solved: Solution) -> None:
+    again = solve(solved.problem, settings=FIXED, guess=solved)
+    assert again.kept_iterate.transcription is solved.kept_iterate.transcription
+    assert again.iterations <= 1
+    assert again.objective == pytest.approx(solved.objective, rel=1e-9)
+
+
+def test_other_constants_warm_start_from_multipliers(solved: Solution) -> None:
+    cold = solve(solved.problem, settings=FIXED, constants={ROOF: 0.999 / 9})
+    warm = solve(solved.problem, settings=FIXED, guess=solved, constants={ROOF: 0.999 / 9})
+    assert warm.objective == pytest.approx(cold.objective, rel=1e-8)
+    assert warm.iterations < cold.iterations

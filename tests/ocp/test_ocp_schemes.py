@@ -1,15 +1,20 @@
-"""Nodes, weights and derivative matrices of the collocation schemes against what defines them."""
+"""Collocation schemes: what defines their nodes, and that they converge as declared."""
+
+from functools import cache
 
 import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
-from ocp import Control, Phase, Problem, Settings, State, StatementError, solve
+from ocp import Control, Phase, Problem, Settings, State, solve
 from ocp.numerics.piecewise_polynomial import derivative_matrix, lagrange, quadrature_weights
 from ocp.numerics.schemes import HermiteSimpson, Lobatto, Radau, Trapezoid
 from tests.ocp.named_schemes import scheme_named
+from tests.ocp.problems import least_effort, solved_on
 
 ALL = [
     *[("radau", s) for s in range(2, 9)],
@@ -81,24 +86,13 @@ def test_named_schemes_are_the_textbook_ones():
     np.testing.assert_allclose(simpson.weights, [1 / 6, 4 / 6, 1 / 6], rtol=1e-14)
 
 
+def test_three_points_of_lobatto_are_those_of_simpson():
+    assert Lobatto(3).at(3).points == pytest.approx(HermiteSimpson().at(3).points)
+
+
 def test_two_radau_points_are_a_third_and_one():
     np.testing.assert_allclose(Radau().at(2).points, [1 / 3, 1], rtol=1e-15)
     np.testing.assert_allclose(Radau().at(2).weights, [3 / 4, 1 / 4], rtol=1e-14)
-
-
-def test_a_degree_that_a_scheme_does_not_have_is_refused():
-    with pytest.raises(StatementError, match=r"1 points.*at least 2"):
-        Lobatto(1)
-
-
-def test_degrees_that_a_rule_does_not_have_are_refused():
-    with pytest.raises(StatementError, match=r"0 points.*at least 1"):
-        Radau(0)
-    with pytest.raises(StatementError, match=r"radau has 2\.5 points.*whole number"):
-        Radau(2.5)
-    with pytest.raises(StatementError, match=r"trapezoid always has 2 points.*leave it out"):
-        Trapezoid(4)
-    assert Lobatto(3).at(3).points == pytest.approx(HermiteSimpson().at(3).points)
 
 
 supports = st.lists(st.integers(0, 40), min_size=2, max_size=8, unique=True).map(
@@ -148,11 +142,8 @@ class Chebyshev(Radau):
 
 
 def test_a_scheme_of_ones_own_solves():
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
-    problem = Problem("effort", [phase], minimise=phase.integral(u**2))
-    # least effort from rest to rest: 12 D^2 / T^3
-    assert solve(problem, settings=Settings(scheme=Chebyshev(4))).objective == pytest.approx(12)
+    found = solve(least_effort(), settings=Settings(scheme=Chebyshev(4)))
+    assert found.objective == pytest.approx(12)
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
@@ -170,3 +161,110 @@ def test_a_scheme_without_estimates_states_no_more_than_two_meshes_tell(scheme, 
 
     # up to a speed of 4 m/s in 4 s, and to rest in 2 s
     assert abs(found.objective - 12) / 12 <= found.accuracy <= accuracy
+
+
+METHODS = [
+    *[("radau", s) for s in (1, 2, 3, 4)],
+    *[("gauss", s) for s in (1, 2, 3)],
+    *[("lobatto", s) for s in (2, 3, 4)],
+    ("hermite-simpson", 3),
+    ("trapezoid", 2),
+]
+SPAN, LQ_SPAN = 2.0, 3.0
+# number of intervals: few for the high orders, so that errors stay above the solver's tolerance
+MESHES = {
+    1: (40, 80, 160),
+    2: (20, 40, 80),
+    3: (8, 16, 32),
+    4: (6, 12, 24),
+    5: (4, 8, 16),
+    6: (6, 12, 24),
+    7: (8, 12, 24),
+}
+LQ_MESHES = {**MESHES, 6: (4, 8, 16), 7: (3, 6, 12)}
+FLOOR = 2e-12  # errors below are round-off: Newton's last step squares the solver's 1e-10
+
+
+def pendulum_end(name, degree, intervals):
+    """End of a driven pendulum stated as a problem that has nothing to choose."""
+    angle, rate = State("angle", "rad"), State("rate", "rad/s")
+    phase = Phase(
+        "swing",
+        {angle: rate, rate: -4 * ca.sin(angle)},
+        initial={angle: 1.0, rate: 0.5},
+        end=SPAN,
+    )
+    problem = Problem("pendulum", [phase], minimise=phase.at_end(angle))
+    found = solved_on(intervals, problem, scheme=scheme_named(name, degree))
+    return np.array([found.value(phase.at_end(s)) for s in (angle, rate)])
+
+
+def slope(steps, errors):
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+@pytest.mark.parametrize(("name", "degree"), METHODS)
+def test_end_state_converges_with_the_declared_order(name, degree):
+    exact = solve_ivp(
+        lambda t, y: [y[1], -4 * np.sin(y[0])],
+        (0, SPAN),
+        [1.0, 0.5],
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+    ).y[:, -1]
+    order = scheme_named(name, degree).at(degree).order
+    meshes = MESHES[order]
+    errors = np.array([np.abs(pendulum_end(name, degree, n) - exact).max() for n in meshes])
+    seen = errors > FLOOR
+    assert seen.sum() >= 2
+    # the next power of the step still bends the line: a third of an order on these meshes
+    assert slope(1.0 / np.array(meshes)[seen], errors[seen]) == pytest.approx(order, abs=0.35)
+
+
+@cache
+def lq(name, degree, intervals):
+    """Minimise int (x^2 + u^2) for x' = x + u from 1, free end."""
+    x, u = State("x"), Control("u")
+    phase = Phase("lq", {x: x + u}, initial={x: 1.0}, end=LQ_SPAN)
+    problem = Problem("lq", [phase], minimise=phase.integral(x**2 + u**2))
+    return solved_on(intervals, problem, scheme=scheme_named(name, degree))
+
+
+@pytest.mark.parametrize(("name", "degree"), METHODS)
+def test_optimum_converges_with_the_declared_order(name, degree):
+    # Riccati's equation -s' = 2 s + 1 - s^2, s(3) = 0 has the roots 1 -+ sqrt 2
+    w = np.sqrt(2)
+    e = np.exp(-2 * w * LQ_SPAN)
+    exact = (1 - e) / ((w - 1) + (w + 1) * e)
+    order = scheme_named(name, degree).at(degree).order
+    meshes = LQ_MESHES[order]
+    errors = np.array([abs(lq(name, degree, n).objective - exact) for n in meshes])
+    assert errors.min() > FLOOR
+    # as above
+    assert slope(1.0 / np.array(meshes), errors) == pytest.approx(order, abs=0.35)
+
+
+@pytest.mark.parametrize(("name", "degree"), METHODS)
+def test_controls_and_costates_converge_with_their_own_order(name, degree):
+    # x' = x - p/2, p' = -2 x - p with p(3) = 0, u = -p/2
+    method = scheme_named(name, degree).at(degree)
+    times = np.linspace(0.01, 2.99, 97)
+    matrix = np.array([[1.0, -0.5], [-2.0, -1.0]])
+    at_end = expm(LQ_SPAN * matrix)
+    first = np.array([1.0, -at_end[1, 0] / at_end[1, 1]])
+    costate = np.array([(expm(t * matrix) @ first)[1] for t in times])
+    meshes = LQ_MESHES[method.order]
+    found = [lq(name, degree, n) for n in meshes]
+    errors = np.array(
+        [
+            [
+                np.abs(f.sample("u", times) + costate / 2).max(),
+                np.abs(f.costate("x", times) - costate).max(),
+            ]
+            for f in found
+        ]
+    )
+    for error in errors.T:
+        # the same times lie anywhere in the intervals of three meshes: two thirds of an order
+        assert slope(1.0 / np.array(meshes), error) == pytest.approx(method.control_order, abs=0.67)

@@ -1,6 +1,7 @@
 """Sensitivities, also those of a kink, against closed forms and differences of solved problems."""
 
 import math
+import warnings
 
 import casadi as ca
 import numpy as np
@@ -28,7 +29,9 @@ from ocp import (
 )
 from ocp.analysis.multiplier_sets import MultiplierChanges
 from ocp.analysis.sensitivity import slopes_by_multipliers
+from ocp.mesh.mesh import uniform, with_points
 from ocp.optimality.multipliers import all_multipliers
+from tests.ocp.problems import bryson_denham, moved_by_jerk, rest_to_rest, solved_on
 
 # closed forms: meshes are refined until finer controls gain less than 1e-5 of the optimum
 CLOSE = 1e-4
@@ -36,19 +39,13 @@ SMOOTH = 1e-6  # the solver's dual tolerance
 FEW = Settings(intervals=6)
 
 
-def bryson_denham():
-    x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1}, end=1.0)
-    # slopes to 1e-4 need the ends of the arc on the cap closer than the default tolerance asks
-    return solve(
-        Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)),
-        settings=Settings(accuracy=Accuracy(path=1e-8)),
-    )
+# slopes to 1e-4 need the ends of the arc on the cap closer than the default tolerance asks
+TIGHT = Settings(accuracy=Accuracy(path=1e-8))
 
 
 def test_bryson_denham():
     # J = 4 / (9 l), whatever the duration; the position costate jumps by -18 twice
-    found = bryson_denham()
+    found = solve(bryson_denham(), settings=TIGHT)
     slopes = found.sensitivities()
     assert slopes["x upper"] == pytest.approx(-36.0, rel=CLOSE)
     assert slopes["hop: v initial"] == pytest.approx(6.0, rel=CLOSE)
@@ -63,11 +60,10 @@ def test_slopes_by_the_solvers_own_multipliers():
     x, v = State("x", "m", lower=-2 * ceiling.symbol, upper=ceiling), State("v", "m/s")
     u = Control("u", "m/s^2")
     phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1}, end=1.0)
-    settings = Settings(accuracy=Accuracy(path=1e-8))
     for sense in (1, -1):
         effort = phase.integral(u**2 / 2)
         aim = {"minimise": effort} if sense > 0 else {"maximise": -effort}
-        found = solve(Problem("ceiling", [phase], **aim), settings=settings)
+        found = solve(Problem("ceiling", [phase], **aim), settings=TIGHT)
         slope = slopes_by_multipliers(found)["ceiling"]
         assert slope == pytest.approx(-36.0 * sense, rel=CLOSE)
         assert slope == pytest.approx(found.sensitivities()["ceiling"], rel=1e-9)
@@ -77,8 +73,7 @@ def test_slopes_by_the_solvers_own_multipliers():
 def test_least_time(shape):
     # T^2 = 2 D (a + b) / (a b): dT/dD = T / (2 D), dT/da = -T b / (2 a (a + b))
     a, b, d = Constant("a", value=1.0), Constant("b", value=2.0), Constant("D", value=300.0)
-    x, v, u = State("x"), State("v"), Control("u", lower=-b, upper=a, piecewise=shape)
-    phase = Phase("dash", {x: v, v: u}, {x: 0, v: 0}, {x: d, v: 0}, end=Between(1, 100))
+    *_, phase = rest_to_rest(d, Between(1, 100), lower=-b, upper=a, piecewise=shape)
     slopes = solve(Problem("least time", [phase], minimise=phase.end_time)).sensitivities()
     expected = {
         "D": 0.05,
@@ -86,9 +81,9 @@ def test_least_time(shape):
         "b": -2.5,
         "u upper": -10.0,
         "u lower": 2.5,
-        "dash: x final": 0.05,
-        "dash: x initial": -0.05,
-        "dash: start": 1.0,
+        "move: x final": 0.05,
+        "move: x initial": -0.05,
+        "move: start": 1.0,
     }
     for name, value in expected.items():
         assert slopes[name] == pytest.approx(value, rel=CLOSE), name
@@ -96,13 +91,7 @@ def test_least_time(shape):
 
 def test_least_peak_of_acceleration_under_a_jerk_limit():
     # D = A (T/2 - A/j) T/2 with T = 2: dA/dD = 1 / (1 - 2 A/j), dA/dj = -(A/j)^2 dA/dD
-    distance, jerk = Constant("D", "m", 1.0), Constant("j", "m/s^3", 8.0)
-    x, v, a = State("x"), State("v"), State("a")
-    j = Control("jerk", lower=-jerk, upper=jerk, piecewise="constant")
-    rest = {v: 0, a: 0}
-    phase = Phase("move", {x: v, v: a, a: j}, {x: 0, **rest}, {x: distance, **rest}, end=2.0)
-    problem = Problem("least peak", [phase], minimise=phase.peak(a, absolute=True))
-    slopes = solve(problem).sensitivities()
+    slopes = solve(lift(distance=Constant("D", "m", 1.0))).sensitivities()
     peak = 4 * (1 - math.sqrt(0.5))
     by_distance = 1 / (1 - peak / 4)
     assert slopes["D"] == pytest.approx(by_distance, rel=CLOSE)
@@ -150,20 +139,10 @@ def slide(gravity=9.8, depth=2.0, start=0.0):
     return Problem("slide", [phase], minimise=phase.end_time)
 
 
-def hop(roof=1 / 9, speed=1.0):
-    """Bryson and Denham's ride below a roof."""
-    x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: speed}, {x: 0, v: -1}, end=1.0)
-    return Problem("hop", [phase], minimise=phase.integral(u**2 / 2))
-
-
 def lift(jerk=8.0, distance=1.0):
     """Least peak of acceleration under a limited jerk."""
-    x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
     cap = Constant("j", "m/s^3", jerk)
-    j = Control("jerk", lower=-cap, upper=cap, piecewise="constant")
-    rest = {v: 0, a: 0}
-    phase = Phase("lift", {x: v, v: a, a: j}, {x: 0, **rest}, {x: distance, **rest}, end=2.0)
+    a, _, phase = moved_by_jerk(distance, 2.0, lower=-cap, upper=cap, piecewise="constant")
     return Problem("lift", [phase], minimise=phase.peak(a, absolute=True))
 
 
@@ -201,10 +180,10 @@ FROZEN = Settings(intervals=12, refinement=FixedMesh())
         (slide, "gravity", "g", 9.8),
         (slide, "depth", "slide: y final", 2.0),
         (slide, "start", "slide: start", 0.0),
-        (hop, "roof", "x upper", 1 / 9),
-        (hop, "speed", "hop: v initial", 1.0),
+        (bryson_denham, "roof", "x upper", 1 / 9),
+        (bryson_denham, "speed", "hop: v initial", 1.0),
         (lift, "jerk", "j", 8.0),
-        (lift, "distance", "lift: x final", 1.0),
+        (lift, "distance", "move: x final", 1.0),
         (throw, "loss", "kept", 0.8),
         (throw, "floor", "back: pace lower", 0.5),
         (throw, "there", "out: x final", 1.0),
@@ -242,7 +221,7 @@ def test_what_the_equations_add_up_to_is_the_same_for_all_multipliers(monkeypatc
 
 
 def test_a_range_that_no_linear_program_finds_is_said(monkeypatch):
-    found = bryson_denham()
+    found = solve(bryson_denham(), settings=TIGHT)
     everything = changes_of(np.zeros((1, all_multipliers(found.kept_iterate).size)))
     monkeypatch.setattr(MultiplierChanges, "of", lambda *arguments: everything)
     monkeypatch.setattr(MultiplierChanges, "most", lambda self, direction: math.nan)
@@ -357,19 +336,13 @@ def test_the_larger_of_two_peaks():
     assert slopes["move: x final"].above == pytest.approx(1.0, abs=SMOOTH)
 
 
-def hopping(roof):
-    x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
-    return solve(Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)))
-
-
 def test_a_roof_that_is_just_touched_is_noted():
     # without a roof the path is t (1 - t), which touches 1/4: J = 2, and smooth in the roof
-    touched = hopping(0.25).one_sided_sensitivities()["x upper"]
+    touched = solve(bryson_denham(0.25)).one_sided_sensitivities()["x upper"]
     assert touched.is_one
     assert touched.above == pytest.approx(0.0, abs=1e-3)
     assert "whose multiplier is zero" in touched.note
-    pressing = hopping(1 / 9).one_sided_sensitivities()["x upper"]
+    pressing = solve(bryson_denham()).one_sided_sensitivities()["x upper"]
     assert pressing.note == ""
     assert pressing.above == pytest.approx(-36.0, rel=1e-4)
 
@@ -379,11 +352,8 @@ def test_a_switch_on_a_breakpoint_is_no_kink(brake: float, intervals: int) -> No
     # from rest to rest over L = 1 m with -b <= u <= a: T = sqrt(2 L (a + b) / (a b)), and the
     # switch is at b / (a + b) of T, which is a breakpoint
     most = Constant("most", "m/s^2", 1.0)
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-brake, upper=most)
-    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
-    phase = Phase("move", {x: v, v: u}, **ends, end=Between(0.1, 10.0))
-    settings = Settings(intervals=intervals, refinement=FixedMesh())
-    found = solve(Problem("rest to rest", [phase], minimise=phase.duration), settings=settings)
+    *_, phase = rest_to_rest(end=Between(0.1, 10.0), lower=-brake, upper=most)
+    found = solved_on(intervals, Problem("rest to rest", [phase], minimise=phase.duration))
 
     duration = math.sqrt(2.0 * (1.0 + brake) / brake)
     slopes = found.sensitivities()
@@ -398,14 +368,8 @@ def test_a_switch_on_a_breakpoint_is_no_kink(brake: float, intervals: int) -> No
 def test_two_switches_on_breakpoints_are_no_kinks() -> None:
     # the jerk switches at T/4 and 3T/4; T = (32 L / j)^(1/3)
     most = Constant("most", "m/s^3", 4.0)
-    x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
-    jerk = Control("jerk", "m/s^3", lower=-most.symbol, upper=most)
-    ends = {"initial": {x: 0, v: 0, a: 0}, "final": {x: 1, v: 0, a: 0}}
-    phase = Phase("move", {x: v, v: a, a: jerk}, **ends, end=Between(0.1, 10.0))
-    found = solve(
-        Problem("rest to rest", [phase], minimise=phase.duration),
-        settings=Settings(intervals=20, refinement=FixedMesh()),
-    )
+    _, _, phase = moved_by_jerk(end=Between(0.1, 10.0), lower=-most.symbol, upper=most)
+    found = solved_on(20, Problem("rest to rest", [phase], minimise=phase.duration))
     assert found.objective == pytest.approx(2.0, rel=1e-8)
     slopes = found.sensitivities()
     assert slopes["most"] == pytest.approx(-2.0 / 3 / 4.0, rel=1e-6)
@@ -415,11 +379,8 @@ def test_two_switches_on_breakpoints_are_no_kinks() -> None:
 @pytest.mark.parametrize(("brake", "intervals"), [(1.0, 20), (2.0, 21), (3.0, 8)])
 def test_an_exact_answer_on_a_mesh_that_stays_is_certified(brake: float, intervals: int) -> None:
     # the same motion again; the solver may end with any multipliers that fit its mesh
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-brake, upper=1.0)
-    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
-    phase = Phase("move", {x: v, v: u}, **ends, end=Between(0.1, 10.0))
-    settings = Settings(intervals=intervals, refinement=FixedMesh())
-    found = solve(Problem("rest to rest", [phase], minimise=phase.duration), settings=settings)
+    *_, phase = rest_to_rest(end=Between(0.1, 10.0), lower=-brake, upper=1.0)
+    found = solved_on(intervals, Problem("rest to rest", [phase], minimise=phase.duration))
     assert certify(found).passed, str(certify(found))
 
     duration = math.sqrt(2.0 * (1.0 + brake) / brake)
@@ -453,3 +414,71 @@ def test_where_nothing_is_left_of_the_objective_its_two_slopes_are_told(kind, be
     slopes = found.one_sided_sensitivities()["a"]
     assert slopes.below == pytest.approx(below, abs=SMOOTH)
     assert slopes.above == pytest.approx(1.0, abs=SMOOTH)
+
+
+FIXED = Settings(refinement=FixedMesh())
+
+
+def gust(at, width):
+    """Its integral is 1."""
+    return ca.exp(-(((TIME - at) / width) ** 2)) / (width * math.sqrt(math.pi))
+
+
+def move(extra_rate, extra_cost=0.0, bounds=(), more=None, beyond=0.0, breakpoints=()):
+    """Rest to rest over one metre in a second, with an acceleration and a cost beside."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    more = more or {}
+    phase = Phase(
+        "move",
+        {x: v, v: u + extra_rate, **more},
+        {x: 0, v: 0, **dict.fromkeys(more, 0)},
+        {x: 1, v: 0},
+        end=1.0,
+        bounds=[bound(u) for bound in bounds],
+        breakpoints=breakpoints,
+    )
+    return Problem("move", phase, minimise=phase.integral(u**2 / 2 + extra_cost) + beyond)
+
+
+# without a gust u = 6 - 12 t, and an impulse at t changes the effort by -u(t)
+AT = 0.4321
+SLOPE = -(6 - 12 * AT)
+
+
+def test_a_fixed_mesh_with_breakpoints_there_knows_the_slope():
+    strength = Constant("strength", "m/s", value=0.0)
+    around = tuple(AT + 1e-3 * np.linspace(-4, 4, 9))
+    found = solve(move(strength * gust(AT, 1e-3), breakpoints=around), settings=FIXED)
+    assert found.sensitivities()["strength"] == pytest.approx(SLOPE, rel=1e-4)
+
+
+@pytest.mark.parametrize("settings", [Settings(), FIXED])
+def test_what_constants_do_everywhere_is_known_on_any_mesh(settings):
+    mass, drag = Constant("mass", "kg", value=1.0), Constant("drag", "1/s", value=0.0)
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "N")
+    rate = u / mass - drag * ca.sqrt(1 + v**2) + drag * ca.sin(6 * TIME)
+    phase = Phase("move", {x: v, v: rate}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    found = solve(Problem("m", phase, minimise=phase.integral(u**2 / 2)), settings=settings)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        slopes = found.sensitivities()
+    assert slopes["mass"] == pytest.approx(12.0, rel=1e-6)
+    # int u (sqrt(1 + v^2) - sin 6 t), with u = 6 - 12 t and v = 6 t - 6 t^2
+    t = np.linspace(0, 1, 100_001)
+    own = (6 - 12 * t) * (np.sqrt(1 + (6 * t - 6 * t**2) ** 2) - np.sin(6 * t))
+    assert slopes["drag"] == pytest.approx(np.trapezoid(own, t), rel=1e-5)
+
+
+def test_a_limit_that_does_not_act_there_gives_no_slope():
+    wider = Constant("wider", "m/s^2", value=0.0)
+    late = wider * ca.exp(-(((TIME - 0.5123) / 1e-3) ** 2))
+    found = solve(move(0.0, bounds=[lambda u: Bound("lid", u - late, upper=5.0)]), settings=FIXED)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert found.sensitivities()["wider"] == pytest.approx(0.0, abs=1e-8)
+
+
+def test_breakpoints_that_are_added_do_not_coincide():
+    mesh = with_points(uniform(4, 3), np.array([0.3, 0.3 + 1e-16, 0.3 + 3e-17, 0.6]))
+    assert np.allclose(mesh.breakpoints, [0, 0.25, 0.3, 0.5, 0.6, 0.75, 1])
+    assert np.diff(mesh.breakpoints).min() > 1e-3

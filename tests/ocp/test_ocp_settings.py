@@ -1,4 +1,4 @@
-"""Settings: what they refuse, with what to write instead, and what may be plugged in."""
+"""Settings: how they print, what they set, and the lines of progress."""
 
 import io
 import math
@@ -14,94 +14,19 @@ from ocp import (
     Gauss,
     Ipopt,
     Mesh,
-    MovingMesh,
     Phase,
     Problem,
     Radau,
     Settings,
     State,
     StatementError,
-    Tolerances,
     solve,
 )
 from ocp.mesh.mesh import uniform
 from ocp.problem.parameters import parameters_of
 from ocp.progress import LiveLine
 from ocp.refinement.mesh_solver import MeshSolver
-
-
-def transfer() -> Problem:
-    """1 m in 1 s from rest to rest with least effort, 12."""
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
-    return Problem("transfer", phase, minimise=phase.integral(u**2))
-
-
-def sway() -> Problem:
-    """A pendulum brought to another angle: nonlinear, so that a coarse mesh is off."""
-    import casadi as ca
-
-    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "N m")
-    phase = Phase(
-        "sway", {q: w, w: u - 9.81 * ca.sin(q)}, initial={q: 0, w: 0}, final={q: 1, w: 0}, end=2
-    )
-    return Problem("sway", phase, minimise=phase.integral(u**2))
-
-
-MISUSED = {
-    "a degree": ({"degree": 3}, r"no keyword 'degree'; write scheme=Radau\(3\)"),
-    "a solver's name": ({"solver": "ipopt"}, r"'solver' is 'ipopt'; give Ipopt\(\)"),
-    "a scheme's name": ({"scheme": "gauss"}, r"'scheme' is 'gauss'; write scheme=Gauss\(\)"),
-    "a class for a scheme": ({"scheme": Gauss}, r"'scheme' is .*; write Gauss\(\)"),
-    "something else for a scheme": ({"scheme": 4}, r"'scheme' is 4; give one of Radau\(\), Gauss"),
-    "a class for a solver": ({"solver": Ipopt}, r"'solver' is .*; give Ipopt\(\)"),
-    "a flag for a policy": ({"refinement": False}, r"give AdaptiveMesh\(\) or FixedMesh\(\)"),
-    "half an interval": ({"intervals": 2.5}, r"'intervals' is 2.5; give a positive integer"),
-    "a misspelt keyword": ({"refinment": FixedMesh()}, r"'refinment'; did you mean 'refinement'\?"),
-    "an unknown keyword": ({"turbo": True}, r"'turbo'; there are scheme, intervals, controls,"),
-    "a budget of no time": ({"seconds": math.inf}, r"'seconds' is inf; give a positive number"),
-}
-
-
-@pytest.mark.parametrize("case", MISUSED)
-def test_wrong_settings_are_answered_with_what_to_write(case) -> None:
-    keywords, words = MISUSED[case]
-    with pytest.raises(StatementError, match=words):
-        Settings(**keywords)
-
-
-OBJECTS = {
-    "accuracy": (lambda: Accuracy(dynamic=1e-6), r"'dynamic'; did you mean 'dynamics'\?"),
-    "a negative accuracy": (lambda: Accuracy(replay=-1.0), r"'replay' is -1.0; give a positive"),
-    "adaptive mesh": (lambda: AdaptiveMesh(round=3), r"'round'; did you mean 'rounds'\?"),
-    "no rounds": (lambda: AdaptiveMesh(rounds=0), r"'rounds' of an adaptive mesh is 0; give a pos"),
-    "no intervals": (lambda: MovingMesh(most_intervals=0), r"of a moving mesh is 0; give a pos"),
-    "half a degree": (lambda: FixedMesh(highest_degree=2.5), r"of a fixed mesh is 2.5; give a pos"),
-    "endless iterations": (lambda: Ipopt(max_iterations=math.inf), r"is inf; give a whole number"),
-    "tolerances": (lambda: Tolerances(gain=0), r"'gain' of a certificate is 0; give a positive"),
-    "fixed mesh": (lambda: FixedMesh(rounds=3), r"FixedMesh has no keyword 'rounds'"),
-    "Ipopt": (lambda: Ipopt(max_iteration=3), r"did you mean 'max_iterations'\?"),
-    "an option of IPOPT": (
-        lambda: Ipopt(options={"nonsense": 1}),
-        r"IPOPT does not accept the option nonsense=1; see the list of options",
-    ),
-    "a value of IPOPT": (
-        lambda: Ipopt(options={"mumps_pivot_order": 99}),
-        r"does not accept the option mumps_pivot_order=99",
-    ),
-    "an option with a field": (
-        lambda: Ipopt(options={"tol": 1e-8}),
-        r"IPOPT's option 'tol' is a field; write Ipopt\(tolerance=1e-08\)",
-    ),
-    "Ipopt's tolerance": (lambda: Ipopt(tolerance=0), r"tolerance is 0; give a positive number"),
-}
-
-
-@pytest.mark.parametrize("case", OBJECTS)
-def test_objects_of_the_settings_refuse_in_a_sentence(case) -> None:
-    make, words = OBJECTS[case]
-    with pytest.raises(StatementError, match=words):
-        make()
+from tests.ocp.problems import pendulum, solved_on
 
 
 def test_settings_print_as_one_would_write_them() -> None:
@@ -115,27 +40,6 @@ def test_settings_print_as_one_would_write_them() -> None:
     )
     assert repr(FixedMesh()) == "FixedMesh()"
     assert repr(Accuracy(path=1e-9)) == "Accuracy(path=1e-09)"
-
-
-ARGUMENTS = {
-    "a phase": (
-        lambda p: solve(p.phases[0]),
-        r"'move' is a phase without an objective; write Problem\('move', phase, minimise=",
-    ),
-    "a misspelt keyword": (lambda p: solve(p, setting=Settings()), r"did you mean 'settings'\?"),
-    "a table of settings": (lambda p: solve(p, settings={}), r"'settings' is of type dict; write"),
-    "a pair as guess": (lambda p: solve(p, guess=(0, 1)), r"'guess' is of type tuple; .*Phase\(g"),
-    "a number as mesh": (lambda p: solve(p, mesh=20), r"'mesh' is of type int; give a Mesh"),
-    "a number as problem": (lambda p: solve(3), r"'problem' is of type int; give a Problem"),
-    "a number as progress": (lambda p: solve(p, progress=1), r"progress is 1; give True"),
-}
-
-
-@pytest.mark.parametrize("case", ARGUMENTS)
-def test_misuse_of_solve_is_answered_in_a_sentence(case) -> None:
-    call, words = ARGUMENTS[case]
-    with pytest.raises(StatementError, match=words):
-        call(transfer())
 
 
 def kept_from_the_objective(program, result, parameters) -> float:
@@ -177,8 +81,7 @@ def test_a_gap_is_never_made_wider() -> None:
 
 
 def test_a_fixed_mesh_is_solved_once_and_its_answer_returned_as_it_is() -> None:
-    coarse = Settings(scheme=Radau(2), intervals=3, refinement=FixedMesh())
-    found = solve(sway(), settings=coarse)
+    found = solved_on(3, pendulum(), scheme=Radau(2))
     assert len(found.mesh_iterations) == 1
     assert found.verdict == "unverified"
     np.testing.assert_allclose(found.mesh.phases[0].breakpoints, [0, 1 / 3, 2 / 3, 1])
@@ -202,10 +105,10 @@ def test_one_live_line_on_a_terminal() -> None:
 
 
 def test_one_line_a_mesh_round_elsewhere(capsys) -> None:
-    found = solve(sway(), settings=Settings(intervals=5), progress=True)
+    found = solve(pendulum(), settings=Settings(intervals=5), progress=True)
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == len(found.mesh_iterations)
-    assert lines[0] == "sway: mesh iteration 1 (5 intervals)"
+    assert lines[0] == "pendulum: mesh iteration 1 (5 intervals)"
 
 
 def test_solves_side_by_side_have_one_line_a_mesh_round_each() -> None:

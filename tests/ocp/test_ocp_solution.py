@@ -29,6 +29,7 @@ from ocp import (
     solve,
 )
 from ocp.analysis.homotopy import homotopy
+from tests.ocp.problems import least_effort
 
 FEW = Settings(intervals=6)
 MOST_LINES, MOST_CHARACTERS = 10, 800
@@ -55,12 +56,6 @@ def trip():
     )
 
 
-def double_integrator():
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
-    return Problem("move", phase, minimise=phase.integral(u**2, unit="m^2/s^3"))
-
-
 @pytest.fixture(scope="module")
 def found():
     return solve(trip(), settings=FEW)
@@ -81,7 +76,7 @@ def test_a_solution_prints_its_essence_in_ten_lines(found):
         "thrust = ",
     ):
         assert part in text, part
-    assert "not verified" in repr(solve(double_integrator(), settings=Settings(verify=False)))
+    assert "not verified" in repr(solve(least_effort(), settings=Settings(verify=False)))
 
 
 def test_the_errors_shown_are_those_of_the_answer(found):
@@ -173,7 +168,7 @@ def test_a_table_at_times_of_ones_own(found):
     np.testing.assert_array_equal(columns["x"], found.sample("x", times))
     with pytest.raises(StatementError, match="lies outside"):
         found.table([2.0])
-    assert list(solve(double_integrator(), settings=FEW).table()) == ["time", "x", "v", "u"]
+    assert list(solve(least_effort(), settings=FEW).table()) == ["time", "x", "v", "u"]
 
 
 def test_a_csv_file_says_what_it_is_and_carries_units(found, tmp_path):

@@ -1,10 +1,12 @@
-"""What a spent budget and Ctrl-C hand over, what it says of itself, and what counts as spent."""
+"""What stops a solve: budgets, failed attempts, Ctrl-C; what is handed over, and what it says."""
 
+import math
 import signal
 import time
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
+import numpy as np
 import pytest
 
 from ocp import (
@@ -23,8 +25,13 @@ from ocp import (
     save,
     solve,
 )
+from ocp.nlp.solver import NlpResult, StartingPoint
 from ocp.refinement import mesh_solver
+from ocp.refinement.budget import Budget
+from ocp.refinement.mesh_solver import with_retries
+from ocp.refinement.solved_mesh import MeshIteration
 from ocp.transcription.kernels import Program
+from tests.ocp.problems import cubic_oscillator, race, rest_to_rest
 
 
 def following():
@@ -34,14 +41,8 @@ def following():
     return Problem("follow", [phase], minimise=phase.integral((x - ca.sin(TIME**2)) ** 2 + u**2))
 
 
-def swing():
-    """An oscillator that stops in least time; its switches lie between the points."""
-    x, v, u = State("x"), State("v"), Control("u", lower=-1, upper=1)
-    ends = {x: 1, v: 0}, {x: 0, v: 0}
-    phase = Phase("swing", {x: v, v: u - x**3}, *ends, end=Between(1, 9, 3), guess={u: 0})
-    return Problem("swing", [phase], minimise=phase.end_time)
-
-
+# its switches lie between the points
+SWING = cubic_oscillator(Between(1, 9, 3))
 OPTIMUM = 1.7630295896  # on meshes of 4 to 13 intervals, all the same
 FEW = Settings(intervals=4)
 
@@ -53,7 +54,7 @@ def stopped_in(mesh_iteration, **how):
         if f"mesh iteration {mesh_iteration} " in line:
             signal.raise_signal(signal.SIGINT)
 
-    return solve(swing(), settings=FEW, progress=stop, **how)
+    return solve(SWING, settings=FEW, progress=stop, **how)
 
 
 def test_ctrl_c_hands_over_the_best_motion_and_what_it_is_accurate_to():
@@ -67,7 +68,7 @@ def test_ctrl_c_hands_over_the_best_motion_and_what_it_is_accurate_to():
 
 
 def test_a_finished_solution_says_what_it_is_accurate_to():
-    found = solve(swing())
+    found = solve(SWING)
     assert not found.interrupted
     assert found.verification.passed
     assert 0 < found.accuracy < 1e-5
@@ -94,15 +95,51 @@ def test_a_second_ctrl_c_ends_at_once():
             signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        solve(swing(), settings=FEW, progress=stop)
+        solve(SWING, settings=FEW, progress=stop)
 
 
 def test_a_spent_budget_hands_over_the_best_motion():
-    first = solve(swing(), settings=FEW).mesh_iterations[0].iterations
-    found = solve(swing(), settings=replace(FEW, iterations=first + 1))
+    first = solve(SWING, settings=FEW).mesh_iterations[0]
+    most = first.iterations + 1
+    found = solve(SWING, settings=replace(FEW, iterations=most))
+    statuses = [entry.status for entry in found.mesh_iterations]
+    assert statuses == [first.status, "Maximum_Iterations_Exceeded"]
+    assert found.iterations == most
+    assert found.objective == pytest.approx(first.objective, rel=1e-12)
     assert not found.interrupted
     assert abs(found.objective - OPTIMUM) / OPTIMUM < found.accuracy <= 1e-2
-    assert f"the budget of {first + 1} iterations ended the refinement" in found.verdict
+    assert f"the budget of {most} iterations ended the refinement" in found.verdict
+
+
+def test_a_budget_ends_refinement_with_the_best_round_that_holds() -> None:
+    x, *_, phase = rest_to_rest(end=Between(0.1, 20, guess=2), lower=-2, upper=2)
+    phase = replace(phase, guess={x: (0, 1)})
+    problem, settings = Problem("race", phase, minimise=phase.end_time), Settings(intervals=7)
+    full = solve(problem, settings=settings)
+    first, *later = full.mesh_iterations
+    assert later
+    assert first.dynamics_error < settings.accuracy.dynamics
+    short = solve(problem, settings=replace(settings, iterations=first.iterations))
+    assert len(short.mesh_iterations) == 1
+    assert short.verification.passed
+    assert "the budget of" in short.verdict
+    assert "ended the refinement" in short.verdict
+    assert "budget" not in full.verdict
+
+
+def test_a_budget_that_ends_before_any_round_is_an_error_with_the_iterate() -> None:
+    with pytest.raises(BudgetSpent, match=r"budget of 3 iterations .* no mesh iteration") as spent:
+        solve(race(), settings=Settings(iterations=3))
+    assert isinstance(spent.value, IterationLimit)
+    assert spent.value.iterate.phases[0].name == "race"
+    assert spent.value.finished is None
+
+
+def test_a_budget_of_seconds_is_kept() -> None:
+    begin = time.perf_counter()
+    with pytest.raises(BudgetSpent, match=r"budget of 0\.001 s"):
+        solve(race(), settings=Settings(seconds=1e-3))
+    assert time.perf_counter() - begin < 5
 
 
 def test_what_nobody_can_trust_is_no_solution():
@@ -134,3 +171,110 @@ def test_no_mesh_is_begun_that_cannot_be_examined_in_time(monkeypatch):
     monkeypatch.setattr(mesh_solver, "estimate_errors", slowly)
     with pytest.raises(BudgetSpent, match="ended in mesh iteration 1 "):
         solve(following(), settings=Settings(seconds=2))
+
+
+COLD = StartingPoint(np.zeros(2))
+WARM = StartingPoint(np.zeros(2), (np.ones(2), np.ones(1)))
+
+
+@dataclass
+class Runs:
+    """Runs that fail until the last one; notes barrier, line search, limit and start of each."""
+
+    outcomes: list[str]
+    notes: list[tuple[str, str, int, bool]] = field(default_factory=list)
+
+    def __call__(self, solver, start):
+        warm = start.multipliers is not None
+        self.notes.append((solver.barrier, solver.line_search, solver.max_iterations, warm))
+        outcome, nothing = self.outcomes.pop(0), np.zeros(0)
+        return NlpResult(outcome, outcome, start.x, 0.0, nothing, nothing, nothing, 10, 0.5)
+
+
+def solved_before(attempts=1):
+    """One mesh iteration before this one, which took seven iterations."""
+    numbers = (math.nan,) * 4
+    return (MeshIteration(20, 0, 0, 7, 0.1, *numbers, "Solve_Succeeded", attempts=attempts),)
+
+
+USUAL = ("adaptive", "filter", 1000)
+ATTEMPTS = {
+    "a first round without multipliers": (COLD, (), [(*USUAL, False)]),
+    "a first round with multipliers": (WARM, (), [(*USUAL, True), (*USUAL, False)]),
+    "a later round without multipliers": (
+        COLD,
+        solved_before(),
+        [("monotone", "filter", 1000, False), (*USUAL, False)],
+    ),
+    "a later round with multipliers": (
+        WARM,
+        solved_before(),
+        [
+            ("adaptive", "filter", 300, True),
+            ("adaptive", "cg-penalty", 300, True),
+            ("monotone", "filter", 1000, False),
+            (*USUAL, False),
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ATTEMPTS)
+def test_attempts_in_order(case) -> None:
+    start, before, attempts = ATTEMPTS[case]
+    runs = Runs(["failed"] * len(attempts))
+    result = with_retries(runs, Ipopt(), start, Budget(), before)
+    assert runs.notes == attempts
+    # what every attempt took is counted
+    assert (result.iterations, result.seconds) == (10 * len(attempts), 0.5 * len(attempts))
+
+
+@pytest.mark.parametrize("outcome", ["solved", "interrupted"])
+def test_an_attempt_that_is_solved_or_interrupted_is_the_last(outcome) -> None:
+    runs = Runs(["failed", outcome, "failed"])
+    result = with_retries(runs, Ipopt(), WARM, Budget(), solved_before())
+    assert len(runs.notes) == 2
+    assert (result.outcome, result.iterations) == (outcome, 20)
+
+
+def test_a_warm_start_that_lost_its_way_before_is_not_waited_for_as_long() -> None:
+    limits = []
+    for attempts in (1, 2):
+        runs = Runs(["failed", "solved"])
+        with_retries(runs, Ipopt(), WARM, Budget(), solved_before(attempts))
+        limits.append([limit for _, _, limit, _ in runs.notes])
+    patient, hasty = limits
+    assert hasty[0] < patient[0] == 300
+    assert hasty[1] == patient[1] == 300
+
+
+def test_a_spent_budget_ends_the_attempts() -> None:
+    runs = Runs(["failed"] * 4)
+    with_retries(runs, Ipopt(), WARM, Budget(iterations=25), solved_before())
+    # 18 iterations are left, then 8, then none
+    assert [limit for _, _, limit, _ in runs.notes] == [18, 8]
+
+
+def test_a_mesh_that_may_take_so_many_iterations_takes_no_more_in_all_attempts() -> None:
+    runs = Runs(["failed"] * 4)
+    result = with_retries(runs, Ipopt(), WARM, Budget(), solved_before(), most=15)
+    # 15 iterations are left, then 5, then none
+    assert [limit for _, _, limit, _ in runs.notes] == [15, 5]
+    assert result.iterations == 20
+
+
+def test_a_budget_cuts_a_solver_to_what_is_left() -> None:
+    assert Budget().within(Ipopt(), 500) == Ipopt()
+    assert Budget(iterations=600).within(Ipopt(), 500) == Ipopt(max_iterations=100)
+    assert Budget(iterations=600).within(Ipopt(max_iterations=50), 500).max_iterations == 50
+    cut = Budget(seconds=5.0).within(Ipopt(), 0)
+    assert 0 < cut.seconds <= 5.0
+    assert replace(cut, seconds=Ipopt().seconds) == Ipopt()
+
+
+def test_a_budget_in_words() -> None:
+    assert str(Budget(iterations=600)) == "600 iterations"
+    assert str(Budget(iterations=600, seconds=2.5)) == "600 iterations or 2.5 s"
+    assert not Budget().spent(10**9)
+    assert Budget(iterations=3).spent(3)
+    assert Budget(seconds=1.0, begin=-math.inf).spent(0)

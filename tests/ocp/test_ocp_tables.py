@@ -14,13 +14,12 @@ from ocp import (
     Phase,
     Problem,
     State,
-    StatementError,
-    certify,
     save,
     solve,
 )
 from ocp.numerics.expression_graph import expression_text, graph_of
 from ocp.numerics.polynomial_expressions import polynomial_degree
+from tests.ocp.problems import certified
 
 POINTS = np.linspace(0, 1, 11)
 SMOOTH = ca.interpolant("gain", "bspline", [POINTS], 1 + POINTS**2)  # exact: the spline is cubic
@@ -53,9 +52,7 @@ def linear_mean(power):
     ids=["smooth, time", "smooth, place", "broken, time", "broken, place"],
 )
 def test_a_table_is_solved_like_a_formula(problem, optimum):
-    found = solve(problem)
-    assert found.objective == pytest.approx(optimum, rel=1e-6)
-    assert certify(found).passed
+    certified(problem, optimum)
 
 
 def test_a_table_is_printed_by_its_name():
@@ -73,21 +70,6 @@ def test_a_table_of_two_axes_has_its_values_in_their_order():
     x = ca.SX.sym("x", 2)
     value = ca.Function("value", [x], [lift(x[0], x[1])])
     assert float(value([1.25, 4.0])) == pytest.approx(5.25, rel=1e-12)  # x + y by its values
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (([0, 1, 1, 2], [1, 2, 3, 4]), "give at least 4 increasing numbers"),
-        (([0, 1], [1, 2]), "give at least 4 increasing numbers"),
-        (([0, 1, 2, 3], [1, 2]), r"finite values of the shape \(4,\)"),
-        (([0, 1, 2, 3], [1, 2, np.nan, 4]), "finite values"),
-        (([0, 1, 2, 3], [1, 2, 3, 4], "cubic"), "choose bspline or linear"),
-    ],
-)
-def test_a_table_refuses_in_a_sentence(arguments, words):
-    with pytest.raises(StatementError, match=words):
-        Interpolant("drag", *arguments)
 
 
 def test_a_table_that_is_not_finite_is_named():

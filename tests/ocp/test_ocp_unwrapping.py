@@ -25,6 +25,7 @@ from ocp import (
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.unwrapping import periods, unwrapped
 from ocp.transcription.packing import trajectory_of
+from tests.ocp.problems import pendulum
 
 
 def crossing(cost=None, angle=None, extra=(), factor=1.0):
@@ -158,9 +159,6 @@ def test_an_angle_with_a_small_cost_that_is_lost_is_said_to_need_bounds():
 
 @pytest.mark.slow
 def test_a_mesh_of_one_point_an_interval_has_no_turns_to_look_at():
-    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2")
-    swing = Phase("swing", {q: w, w: u - 9.81 * ca.sin(q)}, {q: 0, w: 0}, {q: 1, w: 0}, end=2.0)
-    problem = Problem("pendulum", swing, minimise=swing.integral(u**2))
     coarse = AdaptiveMesh(rounds=3)
     settings = Settings(scheme=Radau(1), intervals=2, verify=False, refinement=coarse)
-    assert len(solve(problem, settings=settings).mesh_iterations) >= 3
+    assert len(solve(pendulum(), settings=settings).mesh_iterations) >= 3

@@ -22,6 +22,7 @@ from ocp import (
 )
 from ocp.reformulate.form import reformulated
 from ocp.reformulate.standard import STANDARD
+from tests.ocp.problems import certified
 
 places = [State(name, "m") for name in "xyz"]
 speeds = [State(f"v{name}", "m/s") for name in "xyz"]
@@ -87,17 +88,13 @@ def test_all_ways_to_write_a_size_are_seen(size):
 
 
 def test_a_thruster_coasts_on_its_way_along_a_line():
-    found = solve(least(size), settings=COARSE)
-    assert found.objective == pytest.approx(line(2), rel=1e-6)
+    found = certified(least(size), line(2), settings=COARSE)
     assert found.sample(ax, [1.5])[0] == pytest.approx(0.0, abs=1e-6)
-    assert certify(found).passed
 
 
 @pytest.mark.slow
 def test_three_components():
-    found = solve(least(ca.norm_2(vector(thrusts)), thrust=thrusts), settings=COARSE)
-    assert found.objective == pytest.approx(line(3), rel=1e-6)
-    assert certify(found).passed
+    certified(least(ca.norm_2(vector(thrusts)), thrust=thrusts), line(3), settings=COARSE)
 
 
 @pytest.mark.slow
@@ -107,9 +104,7 @@ def test_three_components():
     [((-0.25, 0.5), 1.2914545190), ((0.3, -0.8), 1.9416982355)],
 )
 def test_a_thrust_that_turns(speed, expected):
-    found = solve(least(ca.norm_2(vector()), speed=speed), settings=COARSE)
-    assert found.objective == pytest.approx(expected, rel=2e-6)
-    assert certify(found).passed
+    found = certified(least(ca.norm_2(vector()), speed=speed), expected, 2e-6, settings=COARSE)
     times = np.linspace(0, 3, 3001)
     (control,) = raised(found.problem)
     above = found.kept_iterate.trajectory.phases[0].polynomial(control.name).at(times)[:, 0]
@@ -124,11 +119,10 @@ def test_units_and_scales_do_not_matter():
     thrust = [Control(name, "m/s^2", lower=-far, upper=far) for name in ("a", "b")]
     phase = move(thrust=thrust, end=120.0, most=most)
     cost = 1e3 * phase.integral(ca.norm_2(vector(thrust)))
-    found = solve(Problem("least", phase, minimise=cost), settings=Settings(intervals=12))
+    problem = Problem("least", phase, minimise=cost)
 
     # what a certificate allows: where the thrust switches inside an interval, 4e-6 are left
-    assert found.objective == pytest.approx(1e3 * line(2, 120.0, most), rel=1e-5)
-    assert certify(found).passed
+    certified(problem, 1e3 * line(2, 120.0, most), 1e-5, settings=Settings(intervals=12))
 
 
 def test_the_form_shows_what_is_solved():
@@ -196,10 +190,8 @@ def test_a_budget_of_fuel():
     phase = move(end=Between(0.5, 20))
     burnt = phase.integral(size)
     fast = Problem("fast", phase, minimise=phase.end_time, bounds=[burnt <= 1.0])
-    found = solve(fast, settings=COARSE)
-    assert found.objective == pytest.approx(0.5 + 2 * math.hypot(1, 0.5), rel=1e-6)
+    found = certified(fast, 0.5 + 2 * math.hypot(1, 0.5), settings=COARSE)
     assert found.value(burnt) == pytest.approx(1.0, rel=1e-5)
-    assert certify(found).passed
 
 
 @pytest.mark.slow

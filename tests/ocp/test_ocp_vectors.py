@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Control, Phase, Problem, State, StatementError, Unknown, solve
+from ocp import Control, Phase, Problem, State, Unknown, solve
 
 
 def turned(q, w):
@@ -66,23 +66,3 @@ def test_pairs_and_tables_of_a_vector():
     assert [phase.final[c] for c in q] == [(1, 3), (2, 4)]
     assert [phase.guess[c] for c in u] == [1, 2]
     assert [phase.guess[c][1].tolist() for c in q] == [[0, 2], [0, 3]]
-
-
-def with_end(value):
-    q, u = State("q", shape=2), Control("u", shape=2)
-    return Phase("p", {q: u}, final={q: value}, end=1.0)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: State("q", shape=0), "give the number of its components, such as shape=4"),
-        (lambda: Control("u", shape="linear"), "not 'linear'; how a control.*piecewise='linear'"),
-        (lambda: State("q", shape=2, lower=[0, 0, 0]), "'lower' of 'q' has 3 entries; give 2"),
-        (lambda: with_end((0, 1)), r"is the tuple \(0, 1\).*give a list of 2 values"),
-        (lambda: with_end([0, 1, 2]), "the final value of 'q' has 3 entries; give 2"),
-    ],
-)
-def test_a_vector_refuses_in_a_sentence(make, words):
-    with pytest.raises(StatementError, match=words):
-        make()
