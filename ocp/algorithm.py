@@ -17,7 +17,7 @@ from ocp.later import later
 from ocp.mesh.initial_guess import following, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Evaluator, Trajectory
-from ocp.nlp.failures import collapsed, remedy_for_kinks
+from ocp.nlp.failures import collapse_of, remedy_for_kinks
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.functionals import Peak
@@ -346,8 +346,8 @@ def _solution(
     """
     settings, iterate = meshes.settings, refinement.best.iterate
     check_parts(meshes.problem, iterate.trajectory)
-    if error := collapsed(iterate.transcription, iterate.trajectory):
-        raise error
+    if iterate.has_collapsed:
+        raise collapse_of(iterate.problem, iterate.trajectory)
 
     def verdict() -> str:
         found = checked().verification

@@ -37,7 +37,7 @@ from ocp.diagnostics.crossed_jumps import crossed_jumps
 from ocp.optimality.active_set import ACTIVE, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import all_multipliers
-from ocp.problem.end_limits import sides_closed_by_ends
+from ocp.problem.checks_before_solve import sides_closed_by_ends
 from ocp.problem.parameters import Parameters, limit_slopes
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, told_before

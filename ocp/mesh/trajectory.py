@@ -189,6 +189,11 @@ class Trajectory:
         unknowns = "".join(f", {name} = {v:.6g}" for name, v in self.unknowns.items())
         return f"Trajectory({', '.join(phases)}{unknowns})"
 
+    @property
+    def duration(self) -> float:
+        """Of all phases together [s]."""
+        return sum(float(np.ptp(phase.breakpoints)) for phase in self.phases)
+
     def peaks_of(self, problem: Problem) -> dict[Peak, float]:
         """Values of a problem's peaks by functional [unit of the statement]."""
         return dict(zip(problem.peaks, self.peaks, strict=True))

@@ -29,6 +29,7 @@ from ocp.problem.integrator_chains import in_equation
 from ocp.problem.kinks import choices_of, kinks_of, rate_text
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
+from ocp.scaling.scales import VANISHED
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.rows import PhaseRows
 from ocp.transcription.transcribe import ProgramLimits, Transcription
@@ -117,10 +118,6 @@ def _fractions(breakpoints: Array, intervals: Integers, tau: Array) -> Array:
     return np.asarray(breakpoints[intervals] + tau * np.diff(breakpoints)[intervals])
 
 
-# Of the typical duration: what lasts no longer has shrunk to the least duration. That is a
-# thousandth of this (`ocp.transcription.blocks`), and the barrier of the solver keeps a little off.
-VANISHED = 1e-6
-
 # Of the typical duration: what a solver may have left when it fails on the way there
 _NEARLY_VANISHED = 1e-3
 
@@ -128,26 +125,27 @@ _NEARLY_VANISHED = 1e-3
 RUNAWAY = 1e7
 
 
-def collapsed(
-    transcription: Transcription, trajectory: Trajectory, failed: Array | None = None
-) -> Collapsed | None:
-    """The error of a motion that takes no time, or None.
+def collapses(transcription: Transcription, trajectory: Trajectory, failed: Array) -> bool:
+    """Whether a motion at which a solver failed takes no time, or is on its way there.
+
+    On its way little time is left, and the control that makes it so runs away.
 
     Parameters
     ----------
     failed : (n,)
-        The scaled unknowns, if the solver failed there. It may have been on its way: little time is
-        left, and the control that makes it so runs away.
+        The scaled unknowns.
     """
-    duration = sum(float(np.ptp(phase.breakpoints)) for phase in trajectory.phases)
-    share = duration / transcription.scales.time
-    on_its_way = failed is not None and float(np.abs(failed).max(initial=0.0)) > RUNAWAY
-    if share > (_NEARLY_VANISHED if on_its_way else VANISHED):
-        return None
+    on_its_way = float(np.abs(failed).max(initial=0.0)) > RUNAWAY
+    least = _NEARLY_VANISHED if on_its_way else VANISHED
+    return not trajectory.duration / transcription.scales.time > least
+
+
+def collapse_of(problem: Problem, trajectory: Trajectory) -> Collapsed:
+    """The error of a motion that takes no time."""
     return Collapsed(
-        f"the motion of '{transcription.problem.name}' shrinks to {duration:.1e} s: nothing in "
-        "the statement needs time; prescribe where the motion ends, bound what drives it, or state "
-        "a least duration",
+        f"the motion of '{problem.name}' shrinks to {trajectory.duration:.1e} s: nothing in the "
+        "statement needs time; prescribe where the motion ends, bound what drives it, or state a "
+        "least duration",
         trajectory,
     )
 
@@ -248,8 +246,8 @@ def failure(
             iterate,
         )
     # a motion that takes no time meets no constraint, and says nothing of them
-    if vanished := collapsed(transcription, iterate, result.x):
-        return vanished
+    if collapses(transcription, iterate, result.x):
+        return collapse_of(transcription.problem, iterate)
 
     limits = transcription.limits(parameters)
     worst = violations(transcription, result.rows, limits)

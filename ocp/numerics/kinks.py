@@ -91,6 +91,11 @@ _ALL = {"fabs", "sign", "fmin", "fmax", "lt", "le"}
 _Key = tuple[int, ...]
 
 
+def may_have_kinks(*expressions: ca.SX) -> bool:
+    """Whether scalar expressions have an operation with a kink; a root has one at zero."""
+    return not operations_of(*expressions).isdisjoint({*_KINKED, "sqrt", "hypot"})
+
+
 def kinked_operations(expression: ca.SX) -> list[str]:
     """CasADi's names of the operations of an expression that have a kink, in order."""
     found = operations_of(expression)

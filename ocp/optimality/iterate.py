@@ -10,13 +10,12 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.failures import VANISHED
 from ocp.nlp.solver import NlpResult
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Piecewise
-from ocp.scaling.scales import Scales
+from ocp.scaling.scales import VANISHED, Scales
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 # Scaled slope below which an unknown has no influence on a row
@@ -100,6 +99,11 @@ class Iterate:
         """Whether a phase, by its number, has shrunk to the least duration."""
         motion = self.trajectory.phases[index]
         return bool(motion.end - motion.start <= VANISHED * self.scales.time)
+
+    @property
+    def has_collapsed(self) -> bool:
+        """Whether the whole motion has shrunk to the least duration."""
+        return not self.trajectory.duration / self.scales.time > VANISHED
 
     @property
     def fixed_mesh(self) -> Mesh:

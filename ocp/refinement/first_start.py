@@ -28,7 +28,7 @@ import numpy as np
 
 from ocp.mesh.initial_guess import states_a_motion, states_only_lines
 from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.failures import collapsed, counted
+from ocp.nlp.failures import collapses, counted
 from ocp.nlp.solver import NlpResult
 from ocp.refinement.convexity import seems_convex
 from ocp.refinement.mesh_solver import PATIENCE, MeshSolver
@@ -101,7 +101,7 @@ def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> b
     free, equations = counted(limits)
     motion = trajectory_of(program, failed.x, meshes.parameters)
     met = float(limits.excess(failed.rows).max(initial=0.0)) < _MET
-    if met and not _backwards(motion) and collapsed(program, motion, failed.x) is not None:
+    if met and not _backwards(motion) and collapses(program, motion, failed.x):
         return False  # it is the statement that leads there
     short = failed.outcome == "budget" and failed.iterations < PATIENCE
     return failed.outcome in HOPEFUL and not short and equations <= free
@@ -113,7 +113,7 @@ def _seems_to_shrink(meshes: MeshSolver, program: Transcription, failed: NlpResu
     Sizes that wide limits of its times gave do not tell whether it shrinks further, its own do.
     """
     motion = trajectory_of(program, failed.x, meshes.parameters)
-    on_its_way = collapsed(program, motion, failed.x) is not None
+    on_its_way = collapses(program, motion, failed.x)
     longest = max(phase.end - phase.start for phase in motion.phases)
     return on_its_way and not _backwards(motion) and longest > SHRUNK * program.scales.time
 

@@ -8,7 +8,6 @@ the peaks are raised instead, as long as that costs no more than what is open an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from ocp.accuracy import Accuracy
@@ -16,27 +15,12 @@ from ocp.estimates.error_estimate import estimate_errors
 from ocp.estimates.promised_gain import is_affordable
 from ocp.problem.functionals import Peak
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.solved_mesh import SolvedMesh, best_of
+from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.kernels import evaluated
 from ocp.transcription.packing import trajectory_of
 
 # What a peak is raised by beyond its excess, relative to that: rounding of the maximum.
 _AMPLE = 1.0 + 1e-6
-
-
-def verifiable(meshes: MeshSolver, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
-    """The best mesh iteration, with its peaks raised where no other one holds between its points.
-
-    Without any that holds it is the best one as it is, and so it is on a fixed mesh.
-    """
-    best = best_of(solved, accuracy)
-    if not meshes.settings.refinement.adapts or best.is_verifiable(accuracy):
-        return best
-    for each in reversed(solved):
-        raised = with_raised_peaks(meshes, each, accuracy)
-        if raised is not None and raised.is_verifiable(accuracy):
-            return raised
-    return best
 
 
 def with_raised_peaks(

@@ -17,9 +17,9 @@ from ocp.refinement.first_start import first_answer
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.planning import History, PlannedMesh, first_plan, gap, look_at, next_plan
 from ocp.refinement.policies.brackets import most_iterations
-from ocp.refinement.raised_peaks import verifiable
+from ocp.refinement.raised_peaks import with_raised_peaks
 from ocp.refinement.search import FirstMesh, MeshAnswer
-from ocp.refinement.solved_mesh import Ending, MeshIteration, SolvedMesh, objective_error
+from ocp.refinement.solved_mesh import Ending, MeshIteration, SolvedMesh, best_of, objective_error
 from ocp.refinement.stopped import budget_spent, interrupted
 from ocp.transcription.packing import trajectory_of
 
@@ -102,7 +102,7 @@ def refine(
 
     best, found = None, None
     if history.solved:
-        best = verifiable(meshes, history.solved, accuracy)
+        best = _verifiable(meshes, history.solved, accuracy)
         found = Refinement(best, tuple(history.rounds), ending, tuple(history.solved))
     if ending == "interrupted":
         raise interrupted(meshes, history, last, best, found)
@@ -124,3 +124,18 @@ def _solved(
     if planned.start is None:
         return first_answer(FirstMesh(meshes, solver, before), planned.program, result)
     return MeshAnswer(planned.program, result)
+
+
+def _verifiable(meshes: MeshSolver, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
+    """The best mesh iteration, with its peaks raised where no other one holds between its points.
+
+    Without any that holds it is the best one as it is, and so it is on a fixed mesh.
+    """
+    best = best_of(solved, accuracy)
+    if not meshes.settings.refinement.adapts or best.is_verifiable(accuracy):
+        return best
+    for each in reversed(solved):
+        raised = with_raised_peaks(meshes, each, accuracy)
+        if raised is not None and raised.is_verifiable(accuracy):
+            return raised
+    return best

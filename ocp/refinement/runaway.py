@@ -18,11 +18,61 @@ from typing import NamedTuple
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.errors import NumericalTrouble, Unbounded
 from ocp.mesh.mesh import MIDPOINTS
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
+from ocp.problem.display import with_unit
 from ocp.problem.symbols import Control, State
 from ocp.refinement.solved_mesh import SolvedMesh
+
+
+def check_growth(solved: Sequence[SolvedMesh]) -> None:
+    """Check that no control has become an impulse, and that no state grows from mesh to mesh.
+
+    Raises
+    ------
+    NumericalTrouble
+        A control without a limit has become an impulse.
+    Unbounded
+        A state without a limit grows from mesh to mesh.
+    """
+    _check_impulses(solved)
+    _check_states(solved)
+
+
+def _check_impulses(solved: Sequence[SolvedMesh]) -> None:
+    """NumericalTrouble where a control without a limit has become an impulse."""
+    last = solved[-1].iterate
+    found = _impulse(solved[0].iterate, last)
+    if found is None:
+        return
+    name, side = found.control.name, "lower" if found.height < 0 else "upper"
+    height = with_unit(f"{found.height:.1e}", found.control.unit)
+    raise NumericalTrouble(
+        f"the control '{name}' of phase '{found.phase}' reaches {height} in ever narrower "
+        f"intervals, after {len(solved)} mesh iterations: nothing limits it, and the best motion "
+        f"would need an impulse; give it a limit, as in Control({name!r}, {side}=...)",
+        last.trajectory,
+    )
+
+
+def _check_states(solved: Sequence[SolvedMesh]) -> None:
+    """Unbounded if a state without a limit grows from mesh to mesh."""
+    found = _growth(solved)
+    if found is None:
+        return
+    name, unit = found.state.name, found.state.unit
+    side = "upper" if found.sign > 0 else "lower"
+    before, last = (with_unit(f"{value:.2g}", unit) for value in (found.before, found.last))
+    raise Unbounded(
+        f"the state '{name}' of phase '{found.phase}' grows without bound, from {before} to {last} "
+        "in four mesh iterations, and the dynamics do not hold on any of them: the "
+        "motion leaves for infinity within the phase; limit the state, as in "
+        f"State({name!r}, {side}=...)",
+        solved[-1].iterate.trajectory,
+    )
+
 
 # Meshes in a row on which a state grows and the dynamics are off by more than its size, and how
 # many times it is as large on each as on the one before. A motion that is steep and finite is
@@ -52,7 +102,7 @@ class Growth(NamedTuple):
     last: float
 
 
-def growth(solved: Sequence[SolvedMesh]) -> Growth | None:
+def _growth(solved: Sequence[SolvedMesh]) -> Growth | None:
     """A state that nothing limits and that grew without bound on the latest meshes, if one did."""
     latest = solved[-_MESHES:]
     if len(latest) < _MESHES or min(s.errors.dynamics for s in latest) < _FAR:
@@ -101,7 +151,7 @@ class Impulse(NamedTuple):
     height: float
 
 
-def impulse(first: Iterate, last: Iterate) -> Impulse | None:
+def _impulse(first: Iterate, last: Iterate) -> Impulse | None:
     """A control that nothing limits and that is an impulse by now, if there is one.
 
     Parameters

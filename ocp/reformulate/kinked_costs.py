@@ -27,6 +27,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 
 from ocp.numerics.expression_graph import graph_of
+from ocp.numerics.kinks import may_have_kinks
 from ocp.numerics.polynomial_expressions import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional, Integral
@@ -49,7 +50,6 @@ from ocp.reformulate.costs import (
 )
 from ocp.reformulate.reformulation import (
     Restated,
-    may_have_kinks,
     taken_names,
     with_functionals,
     with_limits,

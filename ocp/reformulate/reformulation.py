@@ -8,14 +8,11 @@ from typing import Any, Protocol, runtime_checkable
 
 import casadi as ca
 
-from ocp.numerics.expression_graph import operations_of
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Symbol, column_of, scalar
-
-_KINKED = {"fabs", "fmax", "fmin", "sqrt", "hypot"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,11 +77,6 @@ def with_statement(problem: Problem, objective: ca.SX, **changed: Any) -> Proble
     """A problem with another objective to minimise, and other fields."""
     stated = "minimise" if problem.sense > 0 else "maximise"
     return replace(problem, **{stated: problem.sense * objective}, **changed)
-
-
-def may_have_kinks(*expressions: ca.SX) -> bool:
-    """Whether scalar expressions have an operation with a kink; a root has one at zero."""
-    return not _KINKED.isdisjoint(operations_of(*expressions))
 
 
 def taken_names(problem: Problem) -> list[str]:

@@ -25,6 +25,7 @@ from ocp.errors import SolveFailed
 from ocp.mesh.mesh import MIDPOINTS
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.numerics.expression_graph import ExpressionGraph, graph_of
+from ocp.numerics.kinks import may_have_kinks
 from ocp.numerics.polynomial_expressions import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
@@ -34,7 +35,6 @@ from ocp.problem.symbols import Constant, Control, is_number, resolve
 from ocp.reformulate.costs import unlike
 from ocp.reformulate.reformulation import (
     Restated,
-    may_have_kinks,
     taken_names,
     with_functionals,
     with_limits,

@@ -78,6 +78,10 @@ def _range(trajectory: Trajectory, name: str) -> float:
 # around motions of one were tried on 75 problems, and hid no optimum; those of 1e6 did.
 ROOMY = 1e4
 
+# Of the typical duration: what lasts no longer has shrunk to the least duration. That is a
+# thousandth of this (`ocp.transcription.blocks`), and the barrier of the solver keeps a little off.
+VANISHED = 1e-6
+
 # Of the typical duration: ten times the least, which what shrinks ends near
 SHRUNK = 1e-8
 
