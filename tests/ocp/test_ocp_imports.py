@@ -1,9 +1,15 @@
-"""What an import and a solve load, and that what they do not is there when asked for."""
+"""What an import and a solve load, and how many threads of a processor they take."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
 
 import ocp
+from ocp.nlp.kept import casadi_blas
 
 STATEMENT = """
 import sys
@@ -42,25 +48,18 @@ def loaded_by(script):
 def test_an_import_loads_only_what_states_a_problem():
     loaded = loaded_by(STATEMENT)
     assert {"casadi", "ocp.problem.problem"} <= loaded
-    solver = {
-        "algorithm",
-        "settings",
-        "verdict",
-        "nlp.ipopt",
-        "refinement.refine",
-        "mesh.first_mesh",
-    }
+    solver = {"algorithm", "settings", "verdict", "nlp.ipopt", "refinement.refine"}
     assert not loaded & (HEAVY | {f"ocp.{module}" for module in solver})
     rooms = (
-        "transcription",
-        "scaling",
-        "optimality",
-        "verification",
-        "diagnostics",
-        "solution",
-        "analysis",
+        "ocp.transcription",
+        "ocp.scaling",
+        "ocp.optimality",
+        "ocp.verification",
+        "ocp.diagnostics",
+        "ocp.solution",
+        "ocp.analysis",
     )
-    assert not [name for name in loaded if name.startswith(tuple(f"ocp.{room}" for room in rooms))]
+    assert not [name for name in loaded if name.startswith(rooms)]
 
 
 def test_a_solve_loads_nothing_that_it_does_not_need():
@@ -77,3 +76,47 @@ def test_every_public_name_is_there():
     for name in ocp.__all__:
         assert getattr(ocp, name).__class__.__name__ != "module"
     assert set(ocp._MODULES) < set(ocp.__all__)
+
+
+ROOT = Path(__file__).parents[2]
+NUMPYS = list(Path(np.__file__).parents[1].glob("numpy.libs/libscipy_openblas64_*"))
+
+# Both libraries are asked themselves: in the iterations of a solve, and after it. Before it they
+# get four and three threads, so that this fails on any machine.
+THREADS = """
+import ctypes, sys
+from ocp import Control, Phase, Problem, State, solve
+from ocp.nlp.kept import casadi_blas
+
+ours = casadi_blas()
+ours.openblas_set_num_threads(4)
+theirs = ctypes.CDLL(sys.argv[1])
+theirs.scipy_openblas_set_num_threads64_(3)
+
+seen = set()
+x, u = State("x", "m"), Control("u", "m/s")
+phase = Phase("ride", {x: u}, {x: 0}, {x: 1}, end=1.0)
+solve(
+    Problem("ride", phase, minimise=phase.integral(u**2)),
+    progress=lambda line: seen.add(ours.openblas_get_num_threads()),
+)
+print(*sorted(seen), ours.openblas_get_num_threads(), theirs.scipy_openblas_get_num_threads64_())
+"""
+
+
+@pytest.mark.skipif(
+    casadi_blas() is None or not NUMPYS, reason="CasADi and NumPy have no OpenBLAS of their own"
+)
+@pytest.mark.parametrize(
+    ("asked", "threads"), [({}, "1 1 3"), ({"OPENBLAS_NUM_THREADS": "4"}, "4 4 3")]
+)
+def test_a_solve_uses_one_processor_and_numpy_as_many_as_before(asked, threads):
+    kept = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    done = subprocess.run(
+        [sys.executable, "-c", THREADS, str(NUMPYS[0])],
+        env={**kept, **asked, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == threads.split()
