@@ -737,3 +737,13 @@ def test_a_price_that_pays_for_losses_is_told(level):
         SolveFailed, match=r"positive and its negative part at once .* two controls"
     ):
         solve(lossy(RATES["largest values"], level)[1])
+
+
+@pytest.mark.parametrize("intervals", [10, 24])
+def test_a_drive_that_feeds_nothing_back_is_crossed_at_rest(intervals: int) -> None:
+    """A cart turns back at full thrust, and the cost of its power bends where its speed is none."""
+    place = State("x", "m", lower=-1.2, upper=1.2)
+    rates = {place: v, v: u - 0.3 * v}
+    phase = Phase("go", rates, {place: 0, v: 1}, {place: -1, v: 0}, end=4.0)
+    problem = Problem("turn", phase, minimise=phase.integral(ca.fmax(0, u * v)))
+    certified(problem, 0.2954279, settings=Settings(intervals=intervals))
