@@ -75,6 +75,11 @@ def task(phase, **changed):
     return Problem("task", phase, **{"minimise": phase.integral(u**2), **changed})
 
 
+def solving(**options):
+    """A solve with such options."""
+    return lambda: solve(task(drive()), **options)
+
+
 def guessed(guess):
     """A solve from a guess of the position."""
     return lambda: solve(task(drive(guess={x: guess})))
@@ -131,12 +136,9 @@ MISUSES = [
     (r"'cost'; write minimise=", lambda: Problem("p", drive(), cost=0)),
     (r"Settings .* did you mean 'intervals'", lambda: Settings(interval=3)),
     (r"'tol'; write accuracy=", lambda: Settings(tol=1e-6)),
-    (r"solve .* 'verbose'; write progress=True", lambda: solve(task(drive()), verbose=True)),
-    (
-        r"solve .* 'intervals'; .*settings=Settings\(...\)",
-        lambda: solve(task(drive()), intervals=30),
-    ),
-    (r"solve .* did you mean 'settings'", lambda: solve(task(drive()), setting=0)),
+    (r"solve .* 'verbose'; write progress=True", solving(verbose=True)),
+    (r"solve .* 'intervals'; .*settings=Settings\(...\)", solving(intervals=30)),
+    (r"solve .* did you mean 'settings'", solving(setting=0)),
     (r"integral .* did you mean 'unit'", lambda: drive().integral(u, units="N")),
     (r"peak .* did you mean 'absolute'", lambda: peak((drive(), u), absolut=True)),
     (r"did you mean 'absolute'", lambda: drive().peak(u, absolut=True)),
@@ -184,7 +186,7 @@ MISUSES = [
         lambda: homotopy(task(drive()), Constant("load", value=1), 2),
     ),
     (r"'all'; give a whole number", lambda: audit(task(drive()), starts="all")),
-    (r"'bound' is 'low'; give a finite nu", lambda: solve(task(drive()), bound="low")),
+    (r"'bound' is 'low'; give a finite nu", solving(bound="low")),
     (r"one is 'next'; write joined\(first", lambda: joined(drive(), "next")),
     (r"phase of .* is 'drive'; give", lambda: Problem("p", "drive", minimise=0)),
     (
@@ -236,21 +238,15 @@ MISUSES = [
     (r"unit of 'room' is 0; give a text .*lower=", lambda: Bound("room", x, 0, 1)),
     (r"guess '1.5' of a free time", lambda: Between(1, 2, "1.5")),
     (r"'jump' .* is 3; give a dict", lambda: joined(drive(), drive(), jump=3)),
-    (r"'constants' is \[3\]; give a dictionary", lambda: solve(task(drive()), constants=[3])),
+    (r"'constants' is \[3\]; give a dictionary", solving(constants=[3])),
     (r"an MX does not mix .* of type SX", lambda: drive().integral(ca.MX.sym("k"))),
-    (
-        r"argument 'bound' is nan; give a finite number",
-        lambda: solve(task(drive()), bound=math.nan),
-    ),
-    (
-        r"argument 'bound' is -inf; give a finite number",
-        lambda: solve(task(drive()), bound=-math.inf),
-    ),
-    (r"'settings' is of type dict; write", lambda: solve(task(drive()), settings={})),
-    (r"'guess' is of type tuple; .*Phase\(g", lambda: solve(task(drive()), guess=(0, 1))),
-    (r"'mesh' is of type int; give a Mesh", lambda: solve(task(drive()), mesh=20)),
+    (r"argument 'bound' is nan; give a finite number", solving(bound=math.nan)),
+    (r"argument 'bound' is -inf; give a finite number", solving(bound=-math.inf)),
+    (r"'settings' is of type dict; write", solving(settings={})),
+    (r"'guess' is of type tuple; .*Phase\(g", solving(guess=(0, 1))),
+    (r"'mesh' is of type int; give a Mesh", solving(mesh=20)),
     (r"'problem' is of type int; give a Problem", lambda: solve(3)),
-    (r"progress is 1; give True", lambda: solve(task(drive()), progress=1)),
+    (r"progress is 1; give True", solving(progress=1)),
     (r"limit of a free time is Unknown.*Bound\('end'", lambda: Between(0.1, MOST)),
     # symbols as if they were numbers
     (r"'0<position' is neither true .*ca.if_else.* of if$", lambda: 1 if x > 0 else 2),
@@ -336,7 +332,7 @@ MISUSES = [
     ),
     (
         r"'task' does not use the constant 'mass'",
-        lambda: solve(task(drive()), constants={Constant("mass", "kg", 1.0): 2.0}),
+        solving(constants={Constant("mass", "kg", 1.0): 2.0}),
     ),
     (r"phase 'idle' has no state; write dynamics", lambda: Phase("idle", {}, end=1.0)),
     (
