@@ -607,9 +607,8 @@ def meeting_pairs():
     }
 
 
-@pytest.mark.parametrize("which", meeting_pairs())
-def test_phases_that_meet_at_a_free_time_without_a_link_are_told(which):
-    problem, words = meeting_pairs()[which]
+@pytest.mark.parametrize(("problem", "words"), meeting_pairs().values(), ids=meeting_pairs())
+def test_phases_that_meet_at_a_free_time_without_a_link_are_told(problem, words):
     with pytest.warns(StatementWarning, match=words):
         checked(problem)
 
@@ -642,6 +641,6 @@ def separate_pairs():
     }
 
 
-@pytest.mark.parametrize("which", separate_pairs())
-def test_phases_that_are_linked_or_separate_are_no_false_alarm(which):
-    checked(separate_pairs()[which])
+@pytest.mark.parametrize("problem", separate_pairs().values(), ids=separate_pairs())
+def test_phases_that_are_linked_or_separate_are_no_false_alarm(problem):
+    checked(problem)

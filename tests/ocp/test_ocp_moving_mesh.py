@@ -10,24 +10,22 @@ from ocp import (
     AdaptiveMesh,
     Between,
     Bound,
-    Control,
     FixedMesh,
     Mesh,
     MovingMesh,
-    Phase,
     Problem,
     Settings,
     Solution,
-    State,
     coarsened,
     solve,
 )
 from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
-from tests.ocp.problems import STRONGEST, least_time, race
+from tests.ocp.problems import STRONGEST, least_time, race, rest_to_rest
 
 ACCURACY = Accuracy(objective=1e-5, path=1e-5)
 STILL = Settings(intervals=40, accuracy=ACCURACY, refinement=AdaptiveMesh(move_breakpoints=False))
 MOVING = dataclasses.replace(STILL, refinement=MovingMesh())
+FIXED = dataclasses.replace(STILL, refinement=FixedMesh())
 
 
 def switch(solution: Solution) -> float:
@@ -36,6 +34,14 @@ def switch(solution: Solution) -> float:
     middle = np.full(motion.intervals, 0.5)
     levels = motion.polynomial("u").value(np.arange(motion.intervals), middle)[:, 0]
     return float(motion.fractions[np.flatnonzero(np.diff(np.sign(levels)))[0] + 1])
+
+
+def neighbour(solution, strongest, mesh, settings=MOVING) -> Solution:
+    """The solution with another cap on the drive, from a given one and on a mesh."""
+    constants = {STRONGEST: strongest}
+    return solve(
+        solution.problem, settings=settings, guess=solution, mesh=mesh, constants=constants
+    )
 
 
 def following(solution: Solution) -> Mesh:
@@ -65,14 +71,7 @@ def test_a_refined_mesh_is_merged_to_the_intervals_that_its_signals_need(first: 
 def test_breakpoints_follow_a_switch_without_a_finer_mesh(first: Solution) -> None:
     found, counts = first, []
     for strongest in (2.1, 2.2, 2.4, 2.6, 2.8, 3.0):
-        mesh = following(found)
-        found = solve(
-            first.problem,
-            settings=MOVING,
-            guess=found,
-            mesh=mesh,
-            constants={STRONGEST: strongest},
-        )
+        found = neighbour(found, strongest, following(found))
         assert found.objective == pytest.approx(least_time(strongest), rel=1e-6)
         # the time feels a shift of the switch by its square alone
         assert switch(found) == pytest.approx(1 / (1 + strongest), abs=1e-4)
@@ -81,28 +80,17 @@ def test_breakpoints_follow_a_switch_without_a_finer_mesh(first: Solution) -> No
     assert found.mesh.intervals < first.mesh.intervals / 2
 
     # the same intervals without motion know the old switch alone
-    stays = dataclasses.replace(STILL, refinement=FixedMesh())
-    held = solve(
-        first.problem,
-        settings=stays,
-        guess=first,
-        mesh=coarsened(first.trajectory, 1e-3),
-        constants={STRONGEST: 3.0},
-    )
+    held = neighbour(first, 3.0, coarsened(first.trajectory, 1e-3), FIXED)
     assert held.objective > least_time(3.0) * (1 + 1e-4)
 
 
 def test_a_program_serves_neighbours_and_a_mesh_that_went_far_begins_anew(first: Solution) -> None:
     moved = solve(first.problem, settings=MOVING, guess=first, mesh=following(first))
-    near = solve(
-        first.problem, settings=MOVING, guess=moved, mesh=moved.mesh, constants={STRONGEST: 2.01}
-    )
+    near = neighbour(moved, 2.01, moved.mesh)
     assert near.kept_iterate.transcription is moved.kept_iterate.transcription
 
     # what has gone far begins anew from where it is, with the same intervals
-    far = solve(
-        first.problem, settings=MOVING, guess=moved, mesh=moved.mesh, constants={STRONGEST: 3.0}
-    )
+    far = neighbour(moved, 3.0, moved.mesh)
     new = following(far)
     assert new is not far.mesh
     np.testing.assert_array_equal(new.phases[0].breakpoints, far.trajectory.phases[0].fractions)
@@ -110,10 +98,7 @@ def test_a_program_serves_neighbours_and_a_mesh_that_went_far_begins_anew(first:
 
 def test_an_interval_grows_no_longer_than_it_may(first: Solution) -> None:
     mesh = coarsened(first.trajectory, 1e-3).freed(longest=1.05)
-    settings = dataclasses.replace(STILL, refinement=FixedMesh())
-    found = solve(
-        first.problem, settings=settings, guess=first, mesh=mesh, constants={STRONGEST: 8.0}
-    )
+    found = neighbour(first, 8.0, mesh, FIXED)
     widths = np.diff(found.trajectory.phases[0].fractions) / np.diff(mesh.phases[0].breakpoints)
     assert widths.max() <= 1.05 + 1e-8
     # so the switch, which wants to a ninth, is not there yet
@@ -122,31 +107,17 @@ def test_an_interval_grows_no_longer_than_it_may(first: Solution) -> None:
 
 def test_a_first_mesh_is_kept_within_looser_tolerances(first: Solution) -> None:
     mesh = coarsened(first.trajectory, 1e-3)
-    rough = solve(first.problem, settings=STILL, guess=first, mesh=mesh, constants={STRONGEST: 4.0})
-    assert len(rough.mesh_iterations) > 1
+    assert len(neighbour(first, 4.0, mesh, STILL).mesh_iterations) > 1
 
     loose = MovingMesh(kept=Accuracy(objective=1.0, path=1.0))
-    kept = solve(
-        first.problem,
-        settings=dataclasses.replace(STILL, refinement=loose),
-        guess=first,
-        mesh=mesh,
-        constants={STRONGEST: 4.0},
-    )
+    kept = neighbour(first, 4.0, mesh, dataclasses.replace(STILL, refinement=loose))
     assert len(kept.mesh_iterations) == 1
 
 
 def test_constraints_are_imposed_between_the_points_of_what_was_merged() -> None:
-    x, v = State("x", "m"), State("v", "m/s")
-    u = Control("u", "m/s^2", lower=-4.0, upper=4.0, piecewise="linear")
-    phase = Phase(
-        "race",
-        {x: v, v: u},
-        {x: 0, v: 0},
-        {x: 1, v: 0},
-        end=Between(0.1, 20, guess=2),
-        bounds=[Bound("power", u.symbol * v.symbol, "W/kg", upper=1.0)],
-    )
+    end = Between(0.1, 20, guess=2)
+    _, v, u, phase = rest_to_rest(end=end, lower=-4.0, upper=4.0, piecewise="linear")
+    phase = dataclasses.replace(phase, bounds=[Bound("power", u * v, "W/kg", upper=1.0)])
     found = solve(Problem("race", phase, minimise=phase.end_time), settings=STILL)
     merged = merged_mesh(found.kept_iterate, found.evaluator, 1e-3)
     (points,) = merged.extra[0]

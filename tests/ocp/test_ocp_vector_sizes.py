@@ -159,28 +159,28 @@ def test_its_typical_value_is_told_by_limits(limits, bound, typical):
 
 size = ca.norm_2(vector())
 vx, vy = speeds[:2]
+MOVE = move()
 
 
 @pytest.mark.parametrize(
     "cost",
     [
-        lambda p: -p.integral(size),
-        lambda p: p.integral(size * vx),
-        lambda p: p.integral(size) ** 2,
-        lambda p: p.integral(ca.sqrt(1 + ax**2 + ay**2)),
-        lambda p: p.integral(ca.sqrt(ax**2 - ay**2 / 2)),
-        lambda p: p.integral(ca.sqrt(ax * ay)),
-        lambda p: p.integral(ca.sqrt(ax**4 + ay**2)),
-        lambda p: p.integral(ca.sqrt((ax - 1) ** 2 + ay**2)),
+        -MOVE.integral(size),
+        MOVE.integral(size * vx),
+        MOVE.integral(size) ** 2,
+        MOVE.integral(ca.sqrt(1 + ax**2 + ay**2)),
+        MOVE.integral(ca.sqrt(ax**2 - ay**2 / 2)),
+        MOVE.integral(ca.sqrt(ax * ay)),
+        MOVE.integral(ca.sqrt(ax**4 + ay**2)),
+        MOVE.integral(ca.sqrt((ax - 1) ** 2 + ay**2)),
         # smooth where they are not zero, and nothing makes them zero with the controls
-        lambda p: p.integral(ca.sqrt((ax + vx) ** 2 + (ay - vy) ** 2)),
-        lambda p: p.integral(ca.hypot(vx, vy)),
-        lambda p: p.integral(ca.sqrt(ax)),
+        MOVE.integral(ca.sqrt((ax + vx) ** 2 + (ay - vy) ** 2)),
+        MOVE.integral(ca.hypot(vx, vy)),
+        MOVE.integral(ca.sqrt(ax)),
     ],
 )
 def test_what_is_no_size_of_controls_that_costs_is_left_as_it_is(cost):
-    phase = move()
-    problem = Problem("kept", phase, minimise=cost(phase))
+    problem = Problem("kept", MOVE, minimise=cost)
     assert reformulated(problem, STANDARD).problem is problem
 
 
