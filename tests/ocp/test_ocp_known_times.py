@@ -28,7 +28,9 @@ from ocp import (
     solve,
 )
 from ocp.algorithm import first_mesh
+from ocp.mesh.initial_guess import initial_guess
 from ocp.problem.instants import stepping_times
+from ocp.problem.parameters import parameters_of
 from tests.ocp.problems import certified
 
 EDGES = [1.3, 2.7, 4.1, 5.5, 7.2, 8.9]
@@ -62,12 +64,10 @@ def exact_cost():
     def power(k):
         return np.clip((k * np.exp(0.1 * middle) - price) / 0.6, 0, 2)
 
-    low, high = 0.0, 10.0
-    for _ in range(80):
-        k = 0.5 * (low + high)
-        reached = np.sum(power(k) * np.exp(0.1 * (middle - 10)) * width)
-        low, high = (k, high) if reached < 5 else (low, k)
-    u = power(k)
+    def reached(k):
+        return np.sum(power(k) * np.exp(0.1 * (middle - 10)) * width)
+
+    u = power(optimize.brentq(lambda k: reached(k) - 5, 0, 10, xtol=1e-14))
     return float(np.sum((price * u + 0.3 * u**2) * width))
 
 
@@ -159,14 +159,8 @@ def test_a_guess_by_fraction_serves_phases_of_any_duration(tmp_path):
         guess={x: ByFraction(lambda s: s**2), u: ByFraction(([0, 1], [0.0, 0.5]))},
     )
     problem = Problem("go", go, minimise=go.end_time)
-    from ocp.mesh.initial_guess import initial_guess
-    from ocp.problem.parameters import parameters_of
-
-    values = (
-        initial_guess(problem, parameters_of(problem))
-        .phases["go"]
-        .at_fractions(np.array([0.0, 0.5, 1.0]))
-    )
+    motion = initial_guess(problem, parameters_of(problem)).phases["go"]
+    values = motion.at_fractions(np.array([0.0, 0.5, 1.0]))
     assert values["x"] == pytest.approx([0, 0.25, 1])
     assert values["u"] == pytest.approx([0, 0.25, 0.5])
     solution = solve(problem)
@@ -210,10 +204,11 @@ def wind_over(phase_times):
 
 def best_end(low):
     """With the end at T: (1 - W(T))^2 / T + T / 100, and W(T) = 0.9 + 0.2 (T - 0.5)."""
-    found = optimize.minimize_scalar(
-        lambda t: (0.1 - 0.2 * (t - 0.5)) ** 2 / t + t / 100, bounds=(low, 1.1)
-    )
-    return found.fun
+
+    def cost(t):
+        return (0.1 - 0.2 * (t - 0.5)) ** 2 / t + t / 100
+
+    return optimize.minimize_scalar(cost, bounds=(low, 1.1)).fun
 
 
 def test_a_phase_that_ends_at_a_free_time_is_split_at_known_ones() -> None:

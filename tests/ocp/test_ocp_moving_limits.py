@@ -41,8 +41,8 @@ def dash(share, rate, way):
     return Problem("dash", phase, minimise=phase.duration)
 
 
-def least_time(share, rate, way):
-    """With one switch: speed and way of the limit as closed integrals."""
+def driven_by(share, rate, switch, end):
+    """Speed and way at the end of a push at the limit up to a switch, and of a brake behind it."""
 
     def speed(t):
         return t + share * (1 - np.cos(rate * t)) / rate
@@ -50,11 +50,16 @@ def least_time(share, rate, way):
     def moment(t):
         return t**2 / 2 + share * (t - np.sin(rate * t) / rate) / rate
 
+    way = 2 * moment(switch) + 2 * speed(switch) * (end - switch) - moment(end)
+    return 2 * speed(switch) - speed(end), way
+
+
+def least_time(share, rate, way):
+    """With one switch."""
+
     def missed(times):
-        switch, end = times
-        back = moment(switch) - moment(end)
-        at_rest = 2 * speed(switch) - speed(end)
-        return at_rest, moment(switch) + 2 * speed(switch) * (end - switch) + back - way
+        final_speed, reached = driven_by(share, rate, *times)
+        return final_speed, reached - way
 
     return fsolve(missed, [np.sqrt(way), 2 * np.sqrt(way)], xtol=1e-12)[1]
 
@@ -78,15 +83,8 @@ def test_a_peak_relative_to_a_limit_that_waves() -> None:
     phase = Phase("move", {X: V, V: U}, {X: 0, V: 0}, {X: 1, V: 0}, end=2.0)
     problem = Problem("move", phase, minimise=phase.peak(U / limit, absolute=True))
 
-    def speed(t):
-        return t + 0.5 * (1 - np.cos(3 * t)) / 3
-
-    def moment(t):  # of the speed: the way of a push of one
-        return t**2 / 2 + 0.5 * (t - np.sin(3 * t) / 3) / 3
-
-    switch = brentq(lambda t: 2 * speed(t) - speed(2), 0, 2)
-    way = moment(switch) + 2 * speed(switch) * (2 - switch) + moment(switch) - moment(2)
-    certified(problem, 1 / way, 2e-6)
+    switch = brentq(lambda t: driven_by(0.5, 3, t, 2)[0], 0, 2)
+    certified(problem, 1 / driven_by(0.5, 3, switch, 2)[1], 2e-6)
 
 
 @pytest.mark.slow
@@ -144,13 +142,11 @@ def least_thrust():
         grown = (np.exp(rates * seconds) - 1) / rates
         return (vectors @ np.diag(grown) @ np.linalg.inv(vectors) @ [0, 1]).real
 
-    low, high = 0.0, 2.0
-    for _ in range(100):
-        switch = 0.5 * (low + high)
+    def end(switch):
         # thrust +1 until the switch, then -1
-        end = driven(2.0) - 2 * driven(2.0 - switch)
-        low, high = (switch, high) if end[1] < 0 else (low, switch)
-    return 1 / end[0]
+        return driven(2.0) - 2 * driven(2.0 - switch)
+
+    return 1 / end(brentq(lambda switch: end(switch)[1], 0.0, 2.0, xtol=1e-14))[0]
 
 
 @pytest.mark.parametrize("limited", [True, False])

@@ -29,7 +29,7 @@ from ocp import (
     noted_interrupts,
     solve,
 )
-from tests.ocp.problems import cubic_oscillator, least_effort
+from tests.ocp.problems import cubic_oscillator, least_effort, rest_to_rest
 
 FEW = Settings(intervals=5)
 
@@ -39,30 +39,30 @@ def valley(guess=0.9):
 
     A motion is guessed, so that a solve stays in the valley of the guessed k.
     """
-    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    x, _, u, phase = rest_to_rest()
     k = Unknown("k", lower=-2, upper=2, guess=guess)
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0, guess={x: (0, 1)})
-    cost = phase.integral(u**2) + (k**2 - 1) ** 2 + 0.2 * k
-    return Problem("valley", [phase], minimise=cost), x, k
+    phase = dataclasses.replace(phase, guess={x: (0, 1)})
+    return Problem("valley", [phase], minimise=phase.integral(u**2) + beside(k))
 
 
-def roots():
-    """Stationary points of (k^2 - 1)^2 + 0.2 k that are minima."""
-    found = np.roots([4, 0, -4, 0.2]).real
-    return sorted(k for k in found if 12 * k**2 - 4 > 0)
+def beside(k):
+    """What the objective has beside the effort."""
+    return (k**2 - 1) ** 2 + 0.2 * k
+
+
+# stationary points that are minima
+LEFT, RIGHT = sorted(k for k in np.roots([4, 0, -4, 0.2]).real if 12 * k**2 - 4 > 0)
+SIDES = {"right": valley(0.9), "left": valley(-0.9)}
+ONE = {"processes": 1, "settings": FEW}
 
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_both_valleys_are_found(processes):
-    problem, x, k = valley()
+    problem = valley()
     found = audit(problem, starts=5, seed=1, processes=processes, settings=FEW)
-    left, right = roots()
-    assert len(found.optima) == 2
-    values = [o.solution.value(k) for o in found.optima]
-    np.testing.assert_allclose(values, [left, right], atol=1e-6)  # the solver's tolerance
-    for optimum, value in zip(found.optima, (left, right), strict=True):
-        exact = 12 + (value**2 - 1) ** 2 + 0.2 * value
-        assert optimum.objective == pytest.approx(exact, rel=1e-8)
+    for optimum, value in zip(found.optima, (LEFT, RIGHT), strict=True):
+        assert optimum.solution.value("k") == pytest.approx(value, abs=1e-6)
+        assert optimum.objective == pytest.approx(12 + beside(value), rel=1e-8)
     assert "stated guess" in found.optima[1].starts
     agreed = len(found.optima[0].starts)
     assert (
@@ -71,34 +71,32 @@ def test_both_valleys_are_found(processes):
     assert found.best.verdict == found.verdict
     # what comes back from another process speaks of the caller's symbols
     assert found.best.problem is problem
-    assert found.best.sample(x, 0.5) == pytest.approx(0.5, rel=1e-6)
+    assert found.best.sample("x", 0.5) == pytest.approx(0.5, rel=1e-6)
     assert set(found.best.sensitivities()) == set(solve(problem, settings=FEW).sensitivities())
     assert f"{found.optima[1].objective:.10g} from" in str(found)
 
 
 def test_starts_are_repeated_by_their_seed():
-    problem, _, k = valley()
-    one, two = (audit(problem, starts=3, seed=4, processes=1, settings=FEW) for _ in range(2))
+    one, two = (audit(valley(), starts=3, seed=4, **ONE) for _ in range(2))
     assert [o.starts for o in one.optima] == [o.starts for o in two.optima]
-    assert one.best.value(k) == two.best.value(k)
+    assert one.best.value("k") == two.best.value("k")
 
 
 def test_an_audit_ends_where_its_starts_are_enough():
-    options = {"processes": 1, "settings": FEW, "enough": lambda trials: len(trials) == 2}
-    assert len(audit(valley()[0], starts=5, **options).trials) == 2
+    found = audit(valley(), starts=5, enough=lambda trials: len(trials) == 2, **ONE)
+    assert len(found.trials) == 2
 
 
 def test_guesses_of_ones_own_come_after_the_stated_one():
-    problem, _, _ = valley()
-    found = audit(problem, starts=1, processes=1, settings=FEW)
+    found = audit(valley(), starts=1, **ONE)
     assert found.verdict == "local: best of 1 starts (1 agree)"
-    again = audit(problem, starts=2, guesses=[found.best], processes=1, settings=FEW)
+    again = audit(found.best.problem, starts=2, guesses=[found.best], **ONE)
     assert again.optima[0].starts == ("stated guess", "guess 1")
     assert again.optima[0].distance == 0.0
 
 
 def test_a_bound_that_a_value_lies_beyond_is_refuted():
-    found = audit(valley()[0], starts=2, seed=1, processes=1, settings=FEW, bound=1000.0)
+    found = audit(valley(), starts=2, seed=1, bound=1000.0, **ONE)
     assert found.verdict.startswith("local")
     assert "the bound of 1000 is refuted by" in found.verdict
 
@@ -116,13 +114,11 @@ def test_when_all_fail_the_stated_guess_tells_why():
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_a_stopped_audit_hands_back_the_best_until_then(processes):
-    problem, _, _ = valley()
-
     def stop(trial):
         raise KeyboardInterrupt
 
     others = set(multiprocessing.active_children())
-    found = audit(problem, starts=3, processes=processes, settings=FEW, finished=stop)
+    found = audit(valley(), starts=3, processes=processes, settings=FEW, finished=stop)
     assert found.interrupted
     assert [trial.name for trial in found.trials] == ["stated guess"]
     assert found.best.verification.passed
@@ -130,28 +126,17 @@ def test_a_stopped_audit_hands_back_the_best_until_then(processes):
     assert not set(multiprocessing.active_children()) - others
 
 
-def started_at(guess):
-    """The two valleys, with a start of one's own for k."""
-    return valley(guess)[0]
-
-
-def lowest():
-    """The value of the deeper valley."""
-    left, _ = roots()
-    return 12 + (left**2 - 1) ** 2 + 0.2 * left
-
-
 @pytest.mark.parametrize("method", [None, "spawn"])
 def test_each_start_may_be_a_problem_a_guess_or_a_function(method, monkeypatch):
     if method:
         monkeypatch.setattr(multiprocessing, "get_start_method", lambda **_: method)
-    problem = started_at(0.9)
+    problem = valley()
     right = solve(problem, settings=FEW)
     starts = {
-        "problem": started_at(-0.9),
+        "problem": valley(-0.9),
         "solution": right,
         "function": lambda: right.trajectory,
-        "function of a problem": lambda: started_at(0.8),
+        "function of a problem": lambda: valley(0.8),
     }
     processes = 2 if method else 1
     found = audit(problem, starts=starts, processes=processes, settings=FEW)
@@ -160,7 +145,7 @@ def test_each_start_may_be_a_problem_a_guess_or_a_function(method, monkeypatch):
         ("problem",),
         ("solution", "function", "function of a problem"),
     ]
-    assert found.best.value("k") == pytest.approx(roots()[0], abs=1e-6)
+    assert found.best.value("k") == pytest.approx(LEFT, abs=1e-6)
     # what comes back refers to the problem that was given
     assert found.trials[0].solution.problem is starts["problem"]
     assert found.trials[1].solution.problem is problem
@@ -195,7 +180,7 @@ def test_a_process_that_ends_early_is_told_in_a_sentence(monkeypatch):
     monkeypatch.setattr(multiprocessing, "get_start_method", lambda **_: "fork")
     monkeypatch.setattr("ocp.analysis.worker_processes.solve", lambda *_, **__: os._exit(9))
     with pytest.raises(SolveFailed, match=r"ended without an answer.*processes=1"):
-        audit(valley()[0], starts=2, processes=2, settings=FEW)
+        audit(valley(), starts=2, processes=2, settings=FEW)
 
 
 def test_a_bound_that_is_met_ends_the_audit():
@@ -203,14 +188,14 @@ def test_a_bound_that_is_met_ends_the_audit():
 
     def bound():
         asked.append("bound")
-        return lowest()
+        return 12 + beside(LEFT)
 
     def unneeded():
         raise AssertionError
 
     starts = {
-        "right": started_at(0.9),
-        "left": lambda: asked.append("left") or started_at(-0.9),
+        "right": valley(),
+        "left": lambda: asked.append("left") or valley(-0.9),
         "more": unneeded,
     }
     found = audit(starts=starts, settings=FEW, bound=bound, bound_gap=1e-6)
@@ -220,16 +205,10 @@ def test_a_bound_that_is_met_ends_the_audit():
 
 
 def test_values_of_ones_own_are_compared():
-    found = audit(
-        starts={"right": started_at(0.9), "left": started_at(-0.9)},
-        settings=FEW,
-        value=lambda problem, solution: -solution.objective,
-    )
+    found = audit(starts=SIDES, settings=FEW, value=lambda problem, solution: -solution.objective)
     assert [optimum.starts for optimum in found.optima] == [("right",), ("left",)]
     assert found.optima[0].value == -found.optima[0].objective
-    alike = audit(
-        starts={"right": started_at(0.9), "left": started_at(-0.9)}, settings=FEW, same=0.1
-    )
+    alike = audit(starts=SIDES, settings=FEW, same=0.1)
     assert [optimum.starts for optimum in alike.optima] == [("right", "left")]
 
 
@@ -240,23 +219,22 @@ def test_a_start_that_fails_is_one_failure():
     def trouble():
         raise Trouble("no such start")
 
-    found = audit(
-        starts={"bad": trouble, "good": started_at(0.9)}, settings=FEW, failures=(Trouble,)
-    )
+    starts = {"bad": trouble, "good": valley()}
+    found = audit(starts=starts, settings=FEW, failures=(Trouble,))
     assert found.failures == (("bad", "Trouble: no such start"),)
     assert found.verdict == "local: best of 2 starts (1 agree, 1 failed)"
     with pytest.raises(Trouble):
-        audit(starts={"bad": trouble, "good": started_at(0.9)}, settings=FEW)
+        audit(starts=starts, settings=FEW)
     with pytest.raises(StatementError, match="the start 'bad' is of type int; give a Problem"):
-        audit(valley()[0], starts={"bad": 3}, settings=FEW)
+        audit(valley(), starts={"bad": 3}, settings=FEW)
     with pytest.raises(StatementError, match="'bad' is a guess without a problem"):
-        audit(starts={"bad": solve(started_at(0.9), settings=FEW)}, settings=FEW)
+        audit(starts={"bad": solve(valley(), settings=FEW)}, settings=FEW)
 
 
 def test_an_unverified_answer_counts_only_if_there_is_no_other():
     # a replay is never as good as 1e-300, so that no answer passes
     strict = dataclasses.replace(FEW, accuracy=Accuracy(replay=1e-300))
-    found = audit(starts={"right": started_at(0.9)}, settings=strict)
+    found = audit(starts={"right": valley()}, settings=strict)
     assert found.verdict.startswith("unverified: ")
     assert found.best.objective == pytest.approx(12.2, abs=0.1)
     assert found.trials[0].error is not None
@@ -279,30 +257,16 @@ def test_a_stopped_start_hands_over_what_it_has_and_later_ones_are_left_out():
 
 def test_an_audit_that_is_stopped_before_anything_is_found_says_so():
     with pytest.raises(Interrupted, match="'valley' was stopped before anything was found"):
-        audit(
-            valley()[0],
-            starts=2,
-            processes=1,
-            settings=FEW,
-            progress=lambda line: os.kill(os.getpid(), signal.SIGINT),
-        )
+        audit(valley(), starts=2, progress=lambda _: os.kill(os.getpid(), signal.SIGINT), **ONE)
 
 
 def test_starts_of_an_earlier_run_are_not_solved_again():
-    problem, _, _ = valley()
-    first = audit(problem, starts=3, seed=1, processes=1, settings=FEW)
+    problem = valley()
+    first = audit(problem, starts=3, seed=1, **ONE)
     told = []
     known = {trial.name: trial for trial in first.trials[:2]}
     known["random 2"] = lambda: None  # damaged: it has to be solved
-    again = audit(
-        problem,
-        starts=3,
-        seed=1,
-        processes=1,
-        settings=FEW,
-        known=known,
-        progress=told.append,
-    )
+    again = audit(problem, starts=3, seed=1, known=known, progress=told.append, **ONE)
     assert [trial.solution for trial in again.trials[:2]] == [t.solution for t in first.trials[:2]]
     assert again.trials[2].value == pytest.approx(first.trials[2].value, rel=1e-9)
     assert not any("stated guess" in line for line in told)
@@ -311,7 +275,7 @@ def test_starts_of_an_earlier_run_are_not_solved_again():
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_a_budget_of_all_starts_leaves_the_late_ones_out(processes):
-    problem, _, _ = valley()
+    problem = valley()
 
     def slow():
         time.sleep(0.5)  # longer than the budget

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from ocp import (
     TIME,
@@ -624,11 +625,7 @@ def least_drag(height):
         drag = powers + 2.5 * (slope**2 - 1) + math.log(slope) + 0.5 * (slope**-2 - 1)
         return rises, 4 * c, 8 * c**2 + c**2 * drag
 
-    low, high = 1.0, 100.0
-    for _ in range(100):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if of_end(middle)[0] < height else (low, middle)
-    _, tip, drag = of_end(low)
+    _, tip, drag = of_end(brentq(lambda slope: of_end(slope)[0] - height, 1.0, 100.0, xtol=1e-14))
     return drag, tip
 
 
