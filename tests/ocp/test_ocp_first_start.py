@@ -1,6 +1,5 @@
 """Where a solve starts: stated guesses, other solutions, other barriers, guesses by simulation."""
 
-from types import SimpleNamespace
 from typing import ClassVar
 
 import casadi as ca
@@ -35,11 +34,8 @@ from ocp.mesh.initial_guess import (
 )
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.mesh.simulated_guess import simulated_guesses
-from ocp.nlp.solver import NlpResult
 from ocp.numerics.schemes import Gauss, HermiteSimpson, Radau
 from ocp.problem.parameters import parameters_of
-from ocp.refinement.budget import Budget
-from ocp.refinement.search import FirstMesh
 from ocp.scaling.automatic import scales_of
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import transcribe
@@ -201,23 +197,6 @@ def test_a_start_that_only_confirms_is_given_up_sooner(monkeypatch):
     assert max(iterations for *_, iterations in starts) <= 15
     # the guess, the first start, which agrees with it, and those that confirm the two
     assert [most for most, *_ in starts] == [1000, 300, 30, 30, 30, 30]
-
-
-def test_what_answers_took_tells_how_long_a_start_is_waited_for():
-    waited = []
-
-    def run(program, solver, point, limits, number):
-        waited.append(solver.max_iterations)
-        nothing = np.zeros(0)
-        return NlpResult("solved", "", nothing, 1.0, nothing, nothing, nothing, 40, 0.0)
-
-    meshes = SimpleNamespace(budget=Budget(), limits=lambda program: None, run=run)
-    first_mesh = FirstMesh(meshes, Ipopt(), ())
-    done = run(None, Ipopt(), None, None, 1)
-    attempts = [(Ipopt(), None)] * 5
-    taken = list(first_mesh.runs(None, attempts, done, agreed=lambda answers: len(answers) > 2))
-    assert waited[1:] == [300, 200, 200, 80, 80]
-    assert taken[-1].iterations == 6 * 40
 
 
 @pytest.mark.parametrize(("tolerance", "starts"), [(1e-6, 25), (0.1, 6)])
