@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time as clock
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
-from functools import partial as partial_of
 from typing import Any
 
 from ocp.errors import BudgetSpent, Interrupted, SolveFailed, StatementError, Unverified
@@ -150,10 +150,10 @@ def solve_from(
     The second refinement is to stricter dynamics, where the replay asks for that.
     """
     settings, accuracy = meshes.settings, meshes.settings.accuracy
-    with told_of(form):
+    with errors_of_statement(form):
         check_before_solve(meshes.problem, meshes.parameters)
         refinement = refine(meshes, start, mesh, accuracy)
-        check = cache(partial_of(_checked, form, meshes, refinement))
+        check = cache(functools.partial(_checked, form, meshes, refinement))
 
         # else no decision depends on what the replay finds
         decides = settings.refinement.adapts and settings.verify
@@ -162,8 +162,8 @@ def solve_from(
             has = max(refinement.best.errors.dynamics, accuracy.dynamics / _STRICTER)
             stricter = replace(accuracy, dynamics=min(has, accuracy.dynamics) / _STRICTER)
             last, seconds = refinement.best.iterate, check().verification.seconds
-            refinement = refine(meshes, last, last.mesh, stricter, refinement.rounds)
-            check = cache(partial_of(_checked, form, meshes, refinement, seconds))
+            refinement = refine(meshes, last, last.mesh, stricter, refinement.mesh_iterations)
+            check = cache(functools.partial(_checked, form, meshes, refinement, seconds))
         return _solution(form, meshes, refinement, check, bound, partial=partial)
 
 
@@ -177,7 +177,7 @@ def _handed_over(
     reached = stop.refinement
     if not isinstance(reached, Refinement):
         return None
-    check = cache(partial_of(_checked, form, meshes, reached))
+    check = cache(functools.partial(_checked, form, meshes, reached))
     with suppress(SolveFailed):
         solution = _solution(form, meshes, reached, check, bound, partial=True)
         if solution.accuracy <= _OF_USE:
@@ -189,7 +189,7 @@ def _handed_over(
 def _is_too_loose(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
     """Whether an answer holds between the points, and not in the replay: its errors add up."""
     accuracy = meshes.settings.accuracy
-    if meshes.spent(refinement.rounds) or refinement.ending in CUT_SHORT:
+    if meshes.spent(refinement.mesh_iterations) or refinement.ending in CUT_SHORT:
         return False
     # a motion that amplifies errors by more than stricter dynamics take away is flown with feedback
     miss, unstable = checked.verification.one_run, checked.motion.amplification > _UNSTABLE
@@ -208,7 +208,7 @@ def _is_too_loose(meshes: MeshSolver, refinement: Refinement, checked: _Checked)
 
 
 @contextmanager
-def told_of(form: Form) -> Iterator[None]:
+def errors_of_statement(form: Form) -> Iterator[None]:
     """Errors of a solve with motions of the statement, not of what is solved in its place."""
     try:
         yield
@@ -351,10 +351,10 @@ def _solution(
 
     def verdict() -> str:
         found = checked().verification
-        told = found.passed or refinement.ending in CUT_SHORT
-        return verdict_on(meshes, refinement, found, bound) if told else "unverified"
+        judged = found.passed or refinement.ending in CUT_SHORT
+        return verdict_on(meshes, refinement, found, bound) if judged else "unverified"
 
-    fitted = cache(partial_of(with_free_switches, meshes, iterate))
+    fitted = cache(functools.partial(with_free_switches, meshes, iterate))
     adapts = settings.refinement.adapts
     stated, evaluator = form.stated(iterate.trajectory), meshes.evaluator
     objective = iterate.objective
@@ -370,7 +370,7 @@ def _solution(
         replay=later(lambda: checked().motion),
         verification=later(lambda: checked().verification),
         mesh=iterate.mesh,
-        mesh_iterations=refinement.rounds,
+        mesh_iterations=refinement.mesh_iterations,
         verdict=verdict() if adapts else later(verdict),
         multipliers=later(lambda: multipliers(fitted())),
         evaluator=evaluator,

@@ -19,7 +19,7 @@ from ocp.problem.symbols import Piecewise, is_real
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import MeshPolicy
 from ocp.reformulate.reformulation import Reformulation
-from ocp.reformulate.standard import STANDARD
+from ocp.reformulate.standard import STANDARD_REFORMULATIONS
 
 INTERVALS = 20  # of the first mesh in a phase
 
@@ -89,7 +89,7 @@ class Settings:
     refinement: MeshPolicy = field(default_factory=AdaptiveMesh)
     solver: NlpSolver = field(default_factory=Ipopt)
     accuracy: OneNumberOrAll = ONE_NUMBER_OR_ALL
-    reformulations: Sequence[Reformulation] = STANDARD
+    reformulations: Sequence[Reformulation] = STANDARD_REFORMULATIONS
     verify: bool = True
     iterations: int | None = None
     seconds: float | None = None

@@ -51,7 +51,7 @@ def verdict_on(
 
 def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
     """What the answer is the best of."""
-    entry = max(refinement.rounds, key=lambda entry: entry.starts)
+    entry = max(refinement.mesh_iterations, key=lambda entry: entry.starts)
     answers = max(entry.starts - entry.lost, 1)
     verdict = f"local: best of {answers} start{'s' if answers > 1 else ''}"
     if answers < entry.starts:
@@ -77,7 +77,7 @@ def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
 
 def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     """Why the refinement ended short of its tolerances, and which they are, if it did."""
-    gain = refinement.best.errors.gain
+    gain, count = refinement.best.errors.gain, len(refinement.mesh_iterations)
     if not meshes.settings.refinement.adapts:
         # it may be coarse on purpose, but what that costs should be known
         if not meshes.settings.scheme.informative_multipliers:
@@ -87,7 +87,7 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     endings = {
         "tolerances": "",
         "standstill": "no finer mesh improved it",
-        "rounds": f"refinement ended after {len(refinement.rounds)} mesh iterations",
+        "mesh iterations": f"refinement ended after {count} mesh iterations",
         "failure": "refinement ended after a mesh that failed",
         "budget": f"the budget of {meshes.budget} ended the refinement",
         "cost": "further meshes would cost much for little",
@@ -98,7 +98,7 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     open_tolerances = [
         f"{what} are met to {value:.1e}; asked for were {allowed:.0e}"
         for what, value, allowed in (
-            ("the constraints", best.leak, accuracy.path),
+            ("the constraints", best.excess, accuracy.path),
             ("the dynamics", best.errors.dynamics, accuracy.dynamics),
         )
         if value > allowed

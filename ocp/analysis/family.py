@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ocp.algorithm import first_mesh, solve, solve_from, told_of
+from ocp.algorithm import errors_of_statement, first_mesh, solve, solve_from
 from ocp.analysis.saddles import lower_motion, may_be_saddle
 from ocp.arrays import Array
 from ocp.errors import FamilyStopped, Interrupted, SolveFailed, StatementError
@@ -229,10 +229,10 @@ def family(
     settings, others = settings or Settings(), dict(constants or {})
     unchecked = replace(settings, verify=False)
     # digits of the first one are lost with its mesh, if that may change
-    rough = settings.solver.loosened(LOOSE) if settings.refinement.adapts else settings.solver
+    loose = settings.solver.loosened(LOOSE) if settings.refinement.adapts else settings.solver
     first = solve(
         problem,
-        settings=replace(unchecked, solver=rough),
+        settings=replace(unchecked, solver=loose),
         guess=guess,
         constants={**others, constant: places[0]},
         progress=progress,
@@ -243,7 +243,7 @@ def family(
         known = first.form, settings, first.form_evaluator
         return Family(problem, constant, *known, tuple(members))
 
-    with shown(progress) as say, told_of(first.form):
+    with shown(progress) as say, errors_of_statement(first.form):
         walk = _Walk.of(first, constant, unchecked, others, say)
         members = [walk.first(first)]
         for value in places[1:]:
@@ -348,11 +348,11 @@ class _Walk:
         iterate = iterate_of(program, result, motion)
         if not result.seems_least and may_be_saddle(meshes, program, StartingPoint.at(result)):
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
-            rounds = [record_of(program.mesh, result, None)]
-            below = lower_motion(meshes, iterate, rounds)
+            mesh_iterations = [record_of(program.mesh, result, None)]
+            below = lower_motion(meshes, iterate, mesh_iterations)
             if below is not None:
-                return self._alone(meshes, below, below.mesh, rounds)
-            return self._member(meshes, iterate, iterations_of(rounds))
+                return self._alone(meshes, below, below.mesh, mesh_iterations)
+            return self._member(meshes, iterate, iterations_of(mesh_iterations))
         return self._member(meshes, iterate, result.iterations)
 
     def _alone(
@@ -360,11 +360,11 @@ class _Walk:
         meshes: MeshSolver,
         start: Iterate | Trajectory,
         mesh: Mesh,
-        rounds: Sequence[MeshIteration] = (),
+        mesh_iterations: Sequence[MeshIteration] = (),
     ) -> Member:
         """A member refined on a mesh of its own, from a motion nearby as far as it leads."""
-        found = refine(meshes, start, mesh, meshes.settings.accuracy, rounds)
-        return self._followable(meshes, found.best.iterate, iterations_of(found.rounds))
+        found = refine(meshes, start, mesh, meshes.settings.accuracy, mesh_iterations)
+        return self._followable(meshes, found.best.iterate, iterations_of(found.mesh_iterations))
 
     def _followable(self, meshes: MeshSolver, iterate: Iterate, iterations: int) -> Member:
         """A refined motion on few intervals that move, where these may move and that is found.
@@ -380,7 +380,10 @@ class _Walk:
                 found = refine(moving, iterate, mesh, settings.accuracy)
             if found is None or found.best.errors.dynamics > _NO_MOTION:
                 found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
-            iterate, iterations = found.best.iterate, iterations + iterations_of(found.rounds)
+            iterate, iterations = (
+                found.best.iterate,
+                iterations + iterations_of(found.mesh_iterations),
+            )
         return replace(self._member(meshes, iterate, iterations), alone=True)
 
     def _member(self, meshes: MeshSolver, iterate: Iterate, iterations: int) -> Member:

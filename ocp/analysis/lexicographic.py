@@ -137,8 +137,8 @@ def solve_lexicographic(
     solution = first
     with shown(progress) as say, noted_interrupts() as interrupts:
         for i, objective in enumerate(objectives):
-            told = say and _prefixed(say, f"objective {i + 1} of {count}: ")
-            options = SolveOptions(all_settings[i], constants or {}, told)
+            prefixed = say and _prefixed(say, f"objective {i + 1} of {count}: ")
+            options = SolveOptions(all_settings[i], constants or {}, prefixed)
             try:
                 if solution is None:
                     stated = with_objective(problem, objective + terms[i])

@@ -111,7 +111,7 @@ _MET = 1e-8
 
 
 def lower_motion(
-    meshes: MeshSolver, answer: Iterate, rounds: list[MeshIteration]
+    meshes: MeshSolver, answer: Iterate, mesh_iterations: list[MeshIteration]
 ) -> Iterate | None:
     """A motion on the same mesh whose objective is lower than that of an answer that is a saddle.
 
@@ -120,7 +120,7 @@ def lower_motion(
     Parameters
     ----------
     answer : Iterate
-    rounds : list of MeshIteration
+    mesh_iterations : list of MeshIteration
         Until now. What is tried is appended.
 
     Raises
@@ -143,7 +143,7 @@ def lower_motion(
     solver = without_standstill(meshes.settings.solver).within(PATIENCE, math.inf)
     for starts in starts_beside(point, meshes.limits(program)):
         # one side may lead to a corner nearby, and the other one far down
-        found = [_found(meshes, solver, program, start, rounds) for start in starts]
+        found = [_found(meshes, solver, program, start, mesh_iterations) for start in starts]
         below = min(
             (each for each in found if each is not None),
             key=lambda each: sense * each.objective,
@@ -193,17 +193,19 @@ def _found(
     solver: NlpSolver,
     program: Transcription,
     start: StartingPoint,
-    rounds: list[MeshIteration],
+    mesh_iterations: list[MeshIteration],
 ) -> Iterate | None:
     """Where a solver comes to from a start, if that meets the rows and the budget lasts.
 
     It may be on its way down. The record is appended.
     """
-    done = iterations_of(rounds)
+    done = iterations_of(mesh_iterations)
     if meshes.budget.spent(done):
         return None
     limits = meshes.limits(program)
-    result = meshes.run(program, meshes.budget.within(solver, done), start, limits, len(rounds) + 1)
+    result = meshes.run(
+        program, meshes.budget.within(solver, done), start, limits, len(mesh_iterations) + 1
+    )
     motion = trajectory_of(program, result.x, meshes.parameters)
     if result.outcome == "interrupted":
         raise KeyboardInterrupt
@@ -215,6 +217,6 @@ def _found(
         error = failure(program, result, meshes.parameters, motion)
         if isinstance(error, Unbounded):
             raise error
-    rounds.append(record_of(program.mesh, result, solved))
+    mesh_iterations.append(record_of(program.mesh, result, solved))
     met = float(limits.excess(result.rows).max(initial=0.0)) <= _MET
     return iterate_of(program, result, motion) if met else None

@@ -12,7 +12,7 @@ from ocp.problem.functionals import Integral, Peak
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, Signal
 from ocp.reformulate.form import reformulated
-from ocp.reformulate.standard import STANDARD
+from ocp.reformulate.standard import STANDARD_REFORMULATIONS
 from ocp.scaling.automatic import scales_of
 from ocp.scaling.scales import Scales
 
@@ -80,7 +80,7 @@ def scaling_report(
         Values that replace those of the statement.
     """
     check_is_problem(problem)
-    form = reformulated(problem, STANDARD)
+    form = reformulated(problem, STANDARD_REFORMULATIONS)
     parameters = form.parameters(constants)
     known = None if guess is None else form.solved(guess)
     start = initial_guess(form.problem, parameters, known)

@@ -40,7 +40,7 @@ from ocp.optimality.multipliers import all_multipliers
 from ocp.problem.checks_before_solve import sides_closed_by_ends
 from ocp.problem.parameters import Parameters, limit_slopes
 from ocp.problem.phase import Phase
-from ocp.problem.problem import Problem, told_before
+from ocp.problem.problem import Problem, without_repeated_warnings
 from ocp.problem.symbols import Between
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
@@ -444,7 +444,7 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
         return
 
     phases = [_released(p) if i in fixed else p for i, p in enumerate(problem.phases)]
-    with told_before():
+    with without_repeated_warnings():
         free = replace(problem, phases=phases)
     released = transcribe(
         free,

@@ -101,7 +101,7 @@ def solved_here(
     error: Exception | None = None
     with noted_interrupts() as interrupts:
 
-        def told(line: str) -> None:
+        def report(line: str) -> None:
             if say:
                 say(job.prefix + line)
             if asked and asked():
@@ -113,11 +113,11 @@ def solved_here(
                 settings=_within(job.settings, job.seconds),
                 guess=job.guess,
                 bound=job.bound,
-                progress=told if say or asked else None,
+                progress=report if say or asked else None,
             )
             # what was cut short counts only if it is as accurate as asked for
-            promised = job.settings.verify and job.settings.refinement.adapts
-            if promised and not solution.verification.passed:
+            must_pass = job.settings.verify and job.settings.refinement.adapts
+            if must_pass and not solution.verification.passed:
                 kind = Interrupted if solution.interrupted else BudgetSpent
                 error = kind(solution.verdict)
         except OcpError as failure:

@@ -113,7 +113,7 @@ def confirm(
     if seconds is None:
         seconds = max(answer.solution.seconds, _LEAST_SECONDS)
     end = clock.perf_counter() + seconds
-    iterate, told = answer.iterate, progress or (lambda text: None)
+    iterate, say = answer.iterate, progress or (lambda text: None)
     program = _program(iterate)
 
     # a motion that costs nothing has no scale of its own
@@ -127,8 +127,8 @@ def confirm(
     runs: list[_Run] = []
     for distance in _BESIDE:
         while (left := end - clock.perf_counter()) > 0.0:
-            told(f"{iterate.problem.name}: {SECOND_SOLVE}, run {len(runs) + 1}")
-            runs.append(_run(iterate, program, options[0].within(iterations, left), distance, told))
+            say(f"{iterate.problem.name}: {SECOND_SOLVE}, run {len(runs) + 1}")
+            runs.append(_run(iterate, program, options[0].within(iterations, left), distance, say))
             if len(options) == 1 or any(run.solved for run in runs):
                 break
             del options[0]

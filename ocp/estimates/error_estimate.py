@@ -25,7 +25,7 @@ from ocp.arrays import Array, Flags
 from ocp.estimates.constrained_arcs import arc_gains
 from ocp.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.estimates.motion_errors import MotionErrors
-from ocp.estimates.promised_gain import PhaseGains, weighted_by_worth, without_small_costs
+from ocp.estimates.promised_gain import PhaseGains, weighted_by_effect, without_small_costs
 from ocp.estimates.switch_detection import Jump, control_jumps, switches_at_breakpoints
 from ocp.mesh.mesh import SAME_POINT, ExtraPoints
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
@@ -76,8 +76,8 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     time: its controls matter for nothing, and neither do their switches.
     """
     held = _held_by_sides(iterate, index)
-    told = iterate.scheme.informative_multipliers and not iterate.takes_no_time(index)
-    if not (held.any() and told) or iterate.problem.is_discontinuous:
+    informative = iterate.scheme.informative_multipliers and not iterate.takes_no_time(index)
+    if not (held.any() and informative) or iterate.problem.is_discontinuous:
         return np.zeros_like(held)
     return held & (relative_jumps(iterate, evaluator, index) > _BALANCED)
 
@@ -119,7 +119,7 @@ def _near(inner: Array, places: Array) -> Flags:
 
 
 # Added points that an interval may hold before it is split instead. Where the control is smooth a
-# leak is closed by more points: each split would open new leaks.
+# violation goes by more points: each split would make new ones.
 _MOST_EXTRA_WHERE_ROUGH = 4
 _MOST_EXTRA = 10
 
@@ -127,9 +127,9 @@ _MOST_EXTRA = 10
 # the added points over a ridge as steep as that
 _COARSE = 1e-3
 
-# Of the phase: in an interval this narrow a leak is closed without a cut, however large it is.
-# Where a control has a pole, as at the dead point of a mechanism, each half of a cut leaks as much
-# as the whole, and the objective no longer notices.
+# Of the phase: in an interval this narrow a violation is removed without a cut, however large it
+# is. Where a control has a pole, as at the dead point of a mechanism, each half of a cut is off by
+# as much as the whole, and the objective no longer notices.
 NARROW = 1e-4
 
 
@@ -232,19 +232,19 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         excess = without_small_costs(
             iterate, index, motion_errors.excess[index], accuracy.objective
         )
-        excess = weighted_by_worth(iterate, index, excess, accuracy)
+        excess = weighted_by_effect(iterate, index, excess, accuracy)
         over = [e.values > _COARSE for e in excess]
         wide = np.diff(motion.fractions) > NARROW
         phases.append(
             PhaseErrors(
                 dynamics=motion_errors.dynamics[index],
-                gain=gains.told + missed + on_arcs,
+                gain=gains.counted + missed + on_arcs,
                 switching=gains.anywhere + missed,
                 displaced=displaced_switches(iterate, evaluator, index),
                 excess=excess,
                 jumps=jumps,
                 crowded=wide
-                & _crowded(iterate.mesh.extra[index], excess, gains.telling, accuracy.path),
+                & _crowded(iterate.mesh.extra[index], excess, gains.informative, accuracy.path),
                 coarse=wide & np.any([np.zeros_like(wide), *over], axis=0),
                 parts=gains.parts,
                 at_end=gains.at_end & ~_at_jumps(motion, jumps),

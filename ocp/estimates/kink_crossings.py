@@ -23,7 +23,7 @@ from ocp.problem.kinks import crossable_kinks
 # by the same part of what the kink changes over the phase. Before digits are asked for, a crossing
 # is known less well.
 NEAR = 1e-8
-NEAR_WHILE_ROUGH = 1e-6
+NEAR_WHILE_LOOSE = 1e-6
 
 # Sections of an interval between which a change of sign is looked for, and then again within the
 # section that has it, to rounding

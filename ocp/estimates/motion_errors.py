@@ -63,13 +63,13 @@ class DenseSamples:
     seconds: Array
 
     @classmethod
-    def of(cls, motion: PhaseTrajectory, *, rough: bool) -> DenseSamples:
+    def of(cls, motion: PhaseTrajectory, *, narrow: bool) -> DenseSamples:
         """Those of a phase; two more than its degree in each interval if it hides nothing."""
         counts, rule = (
             np.ones(motion.intervals, np.int64),
             Gauss().at(int(motion.degrees.max()) + 2),
         )
-        if rough:
+        if narrow:
             shares = np.diff(motion.fractions) * PANELS
             counts, rule = np.ceil(shares).astype(np.int64), Gauss().at(_OF_PANEL)
             counts = np.maximum(counts, _OF_INTERVAL)
@@ -110,7 +110,7 @@ class DenseSamples:
         return most, self.tau[first, at[first]]
 
 
-def is_rough(evaluator: Evaluator, phase: str, expression: ca.SX) -> bool:
+def may_hide_features(evaluator: Evaluator, phase: str, expression: ca.SX) -> bool:
     """Whether an expression may hide something between points: it is no low polynomial of time."""
 
     def found() -> bool:
@@ -121,7 +121,7 @@ def is_rough(evaluator: Evaluator, phase: str, expression: ca.SX) -> bool:
         degree = polynomial_degree(expression, of_time, [1] * len(of_time))
         return degree is None or degree > _SMOOTH
 
-    return evaluator.once(("rough", phase, expression.element_hash()), found)
+    return evaluator.once(("narrow", phase, expression.element_hash()), found)
 
 
 # Samples of a peak over all intervals of a phase, at most
@@ -188,7 +188,7 @@ class MotionErrors:
 
     @cached_property
     def _samples(self) -> tuple[DenseSamples, ...]:
-        """Samples of each phase, dense ones where an expression is rough."""
+        """Samples of each phase, dense ones where something may be narrow."""
         problem, found = self.transcription.problem, []
         for index, motion in enumerate(self.trajectory.phases):
             expressions = [
@@ -196,8 +196,8 @@ class MotionErrors:
                 *(f.expression for f in problem.integrals[motion.name]),
                 *(c.expression for c in self.transcription.constraints[index]),
             ]
-            rough = any(is_rough(self.evaluator, motion.name, e) for e in expressions)
-            found.append(DenseSamples.of(motion, rough=rough))
+            narrow = any(may_hide_features(self.evaluator, motion.name, e) for e in expressions)
+            found.append(DenseSamples.of(motion, narrow=narrow))
         return tuple(found)
 
     @property
@@ -265,7 +265,7 @@ class MotionErrors:
         extremes = maxima(at, sampled(samples), _grid(motion), level=0.0)
         size = constraint.size(limits, largest)
         seen, tau = extremes.values / size, extremes.tau
-        if is_rough(self.evaluator, motion.name, constraint.expression):
+        if may_hide_features(self.evaluator, motion.name, constraint.expression):
             (every,) = dense.values(self.evaluator, self.trajectory, [constraint.expression])
             most, where = dense.largest(beyond(every) / size)
             seen, tau = np.maximum(seen, most), np.where(most > seen, where, tau)

@@ -1,4 +1,4 @@
-"""What finer controls gain and violated limits are worth, to first order.
+"""What finer controls gain, and the effect of violated limits, to first order.
 
 A gain says something only of a control whose shape is not resolved yet.
 
@@ -44,7 +44,7 @@ _LARGEST_FACTOR = 1e3
 
 
 def prices(iterate: Iterate, index: int, excess: tuple[Extremes, ...]) -> list[Array]:
-    """What an excess of the whole size of each path constraint is worth, of the objective, (N,)."""
+    """Effect of an excess of the whole size of each path constraint, of the objective, (N,)."""
     sums = path_multiplier_sums(iterate, index)
     unit = iterate.scales.objective / iterate.objective_size
     count = iterate.trajectory.phases[index].intervals
@@ -56,8 +56,8 @@ def prices(iterate: Iterate, index: int, excess: tuple[Extremes, ...]) -> list[A
     ]
 
 
-def worth_of_excess(iterate: Iterate, excess: Sequence[tuple[Extremes, ...]]) -> float:
-    """What the excess of all limits is worth at most, relative to the objective.
+def effect_of_excess(iterate: Iterate, excess: Sequence[tuple[Extremes, ...]]) -> float:
+    """Effect of the excess of all limits, relative to the objective, at most.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def worth_of_excess(iterate: Iterate, excess: Sequence[tuple[Extremes, ...]]) ->
     )
 
 
-def weighted_by_worth(
+def weighted_by_effect(
     iterate: Iterate, index: int, excess: tuple[Extremes, ...], accuracy: Accuracy
 ) -> tuple[Extremes, ...]:
     """Excesses that count more where their part of the objective would exceed its tolerance."""
@@ -88,8 +88,8 @@ def without_small_costs(
 ) -> tuple[Extremes, ...]:
     """Excesses without those of limits that hold a cost above its kink, as far as they cost little.
 
-    There a cost is too small by the excess, for as long as it lasts. What is left out is worth a
-    part of the tolerance on the objective together.
+    There a cost is too small by the excess, for as long as it lasts. What is left out
+    changes the objective by a part of its tolerance, all together.
     """
     constraints = iterate.transcription.constraints[index]
     numbers = [i for i, constraint in enumerate(constraints) if constraint.of_cost]
@@ -100,14 +100,14 @@ def without_small_costs(
     steps = np.diff(iterate.trajectory.phases[index].breakpoints)
     of_sizes = prices(iterate, index, excess)
     dearest = [float((of_sizes[number] / steps).max()) for number in numbers]
-    leaks = np.array([np.maximum(excess[number].values, 0.0) for number in numbers])
-    worth = leaks * np.array(dearest)[:, None] * steps
+    above = np.array([np.maximum(excess[number].values, 0.0) for number in numbers])
+    effects = above * np.array(dearest)[:, None] * steps
 
-    order = np.argsort(worth, axis=None)
-    small = np.zeros(worth.size, dtype=bool)
-    small[order] = np.cumsum(worth.ravel()[order]) <= _LEFT_OUT * tolerance
+    order = np.argsort(effects, axis=None)
+    small = np.zeros(effects.size, dtype=bool)
+    small[order] = np.cumsum(effects.ravel()[order]) <= _LEFT_OUT * tolerance
     counted = list(excess)
-    for number, left_out in zip(numbers, small.reshape(worth.shape), strict=True):
+    for number, left_out in zip(numbers, small.reshape(effects.shape), strict=True):
         own = excess[number]
         values = np.where(left_out, np.minimum(own.values, 0.0), own.values)
         counted[number] = Extremes(values, own.tau, own.size)
@@ -126,9 +126,9 @@ def is_affordable(cost: float, promised: float) -> bool:
 def cost_of_raising(
     iterate: Iterate, excess: Sequence[tuple[Extremes, ...]], tolerance: float
 ) -> float:
-    """What raised peaks cost of the objective to first order; infinite where more than peaks leaks.
+    """What raised peaks cost of the objective to first order; infinite if a limit is exceeded, too.
 
-    Zero where nothing leaks.
+    Zero where nothing is exceeded.
 
     Parameters
     ----------
@@ -147,9 +147,9 @@ def cost_of_raising(
             if peak is None and worst > tolerance:
                 return math.inf
             if peak is not None:
-                leak = worst * extremes.size if worst > tolerance else 0.0
+                size = worst * extremes.size if worst > tolerance else 0.0
                 # the whole peak is raised, on both its sides and in all its phases
-                above[peak] = max(above.get(peak, 0.0), leak)
+                above[peak] = max(above.get(peak, 0.0), size)
                 dear[peak] = dear.get(peak, 0.0) + float(price.sum()) / extremes.size
     return sum(above[peak] * dear[peak] for peak in above)
 
@@ -289,12 +289,12 @@ class PhaseGains:
     ----------
     anywhere : (N,)
         To gain, relative to the objective, wherever it is.
-    told : (N,)
+    counted : (N,)
         The part of it that says something, with `back_offs`. Where a control is smooth and a
         constraint acts, its gain is noise: multipliers of the constraint sit at points, so that
         the costates between them say little of the controls. Another control that is rough, or on
         its bound, makes it no less so.
-    telling : (N,)
+    informative : (N,)
         Whether the gain of any control says something.
     back_offs : (N,)
         To gain from limits that are backed off, which finer intervals do without.
@@ -305,8 +305,8 @@ class PhaseGains:
     """
 
     anywhere: Array
-    told: Array
-    telling: Flags
+    counted: Array
+    informative: Flags
     back_offs: Array
     parts: Array
     at_end: Flags
@@ -328,11 +328,11 @@ class PhaseGains:
         parts = parts_to_resolve(motion, mesh, _SMOOTH)
         back_offs = back_off_costs(iterate, index)
         free = ~(strongest > ACTING)
-        telling = _rough(iterate, index) | free[:, None]
+        informative = _rough_controls(iterate, index) | free[:, None]
         return cls(
             anywhere,
-            np.where(telling, of_controls.sum(axis=1), 0.0).sum(axis=1) + back_offs,
-            np.asarray(free | telling.any(axis=1)),
+            np.where(informative, of_controls.sum(axis=1), 0.0).sum(axis=1) + back_offs,
+            np.asarray(free | informative.any(axis=1)),
             back_offs,
             parts,
             at_end=of_parts[:, 1:].sum(axis=1) > _MOST * anywhere,
@@ -348,10 +348,10 @@ def promised_gain(iterate: Iterate, evaluator: Evaluator, strongest: Sequence[Ar
         As of `ocp.optimality.active_set.strongest_multipliers`.
     """
     phases = [PhaseGains.of(iterate, evaluator, k, of_k) for k, of_k in enumerate(strongest)]
-    return sum(float(phase.told.sum()) for phase in phases)
+    return sum(float(phase.counted.sum()) for phase in phases)
 
 
-def _rough(iterate: Iterate, index: int) -> Flags:
+def _rough_controls(iterate: Iterate, index: int) -> Flags:
     """Whether each control is not resolved, or stays on a bound that it should leave, (N, n_u)."""
     motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
     on_bound = saturated(motion, iterate.parameters.signal_limits)

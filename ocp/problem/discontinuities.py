@@ -135,15 +135,15 @@ def discontinuities(
     on_sides = [columnwise(stepwise.function, high, causes(side))[0] for side in (low, high)]
     jumps = np.nan_to_num(np.abs(on_sides[1] - on_sides[0]) / sizes, nan=0.0, posinf=0.0)
 
-    told = []
+    listed = []
     for number in np.unique(numbers):
         largest = jumps[numbers == number].max(axis=0)
         column = int(largest.argmax())
         size, cause = float(largest[column]), stepwise.results[number]
         if size > _SAME:
             depends = resolve(cause, "a comparison")
-            told.append(Discontinuity(phase, texts[column], cause, depends, size, free_times))
-    return tuple(told)
+            listed.append(Discontinuity(phase, texts[column], cause, depends, size, free_times))
+    return tuple(listed)
 
 
 def _drawn(symbols: Sequence[Symbol], span: tuple[float, float]) -> Array:

@@ -185,8 +185,8 @@ class Problem:
         """A warning for each expression that jumps at a place that depends on the motion."""
         moving = [found for found in self.discontinuities if found.moves]
         for found in {(each.phase, each.what): each for each in reversed(moving)}.values():
-            told = f"'{self.name}': {found.sentence}"
-            warnings.warn(told, StatementWarning, stacklevel=_STATED)
+            sentence = f"'{self.name}': {found.sentence}"
+            warnings.warn(sentence, StatementWarning, stacklevel=_STATED)
 
     def _derived(self) -> dict[str, Any]:
         """The derived fields, by name."""
@@ -256,7 +256,7 @@ class Problem:
 
 
 @contextmanager
-def told_before() -> Iterator[None]:
+def without_repeated_warnings() -> Iterator[None]:
     """Problems that are made of another one here do not warn of its jumps again."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", StatementWarning)

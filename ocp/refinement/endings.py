@@ -37,13 +37,14 @@ _NEXT_TO_NO_TIME = 1e-2
 # may do then. The dearest case of `make regression` takes 4e6.
 MUCH, _FINE = 5e6, 1e-4
 
-# Rounds in a row over which the objective stands still where nothing more is to be gained. It takes
-# one more where only a promised gain is open or much is promised, as a mesh may have been finer at
-# the wrong place, and where the next round only closes leaks, which costs little.
+# Mesh iterations in a row over which the objective stands still where nothing more is to be gained.
+# It takes one more where only a promised gain is open or much is promised, as a mesh may have been
+# finer at the wrong place, and where the next mesh only removes violations between the points,
+# which costs little.
 _STILL = 2
 _STILL_IN_DOUBT = 3
 
-# Part of the last leak that the next round may have, where a leak is about to be closed.
+# Part of the last violation that the next mesh may have, where it is about to be removed.
 _FALLING = 0.5
 
 
@@ -113,14 +114,18 @@ def ending_of(
     if len(solved) > 1:  # one mesh tells nothing of what the next ones make larger
         check_growth(solved)
     if step.over and not step.again:
-        return "rounds"
-    if meshes.spent(history.rounds, step.examining):
+        return "mesh iterations"
+    if meshes.spent(history.mesh_iterations, step.examining):
         return "budget"
     if _has_cost_enough(meshes, history, step, accuracy):
         return "cost"
     # nor does it end where no mesh was fine enough to tell what the objective is off by
     unknown = math.isinf(objective_error(solved, solved[-1]))
-    if step.again or unknown or not stands_still(solved, accuracy, closes_leaks=step.closes_leaks):
+    if (
+        step.again
+        or unknown
+        or not stands_still(solved, accuracy, removes_violations=step.removes_violations)
+    ):
         return None
     return "standstill"
 
@@ -136,11 +141,11 @@ def _has_cost_enough(
     """
     solved, settings = history.solved, meshes.settings
     default = settings.accuracy == Accuracy() and settings.seconds is None
-    cost = sum(entry.iterations * entry.unknowns for entry in history.rounds)
+    cost = sum(entry.iterations * entry.unknowns for entry in history.mesh_iterations)
     if not default or step.mesh is None or cost < MUCH or len(solved) < _STILL_IN_DOUBT:
         return False
     best, last = best_of(solved, accuracy), solved[-1]
-    if max(best.errors.dynamics, best.leak, objective_error(solved, best)) > _FINE:
+    if max(best.errors.dynamics, best.excess, objective_error(solved, best)) > _FINE:
         return False
     finer = step.mesh.intervals / last.iterate.mesh.intervals
     ahead = last.iterations * last.iterate.x.size * finer
@@ -149,28 +154,29 @@ def _has_cost_enough(
 
 
 def stands_still(
-    solved: Sequence[SolvedMesh], accuracy: Accuracy, *, closes_leaks: bool = False
+    solved: Sequence[SolvedMesh], accuracy: Accuracy, *, removes_violations: bool = False
 ) -> bool:
-    """Whether further rounds would change nothing but last digits of the constraints' tolerance.
+    """Whether further meshes would change nothing but last digits of the constraints' tolerance.
 
-    The objective has stayed within its tolerance for several rounds, and one of them is good enough
+    The objective has stayed within its tolerance for several meshes, and one of them is good enough
     to be verified. What the last of them promises to gain is below the tolerance, too, or refuted:
     a finer mesh has gained nothing, and the promise is about what it was.
 
     Parameters
     ----------
-    closes_leaks : bool
-        Whether the next round would only impose limits at more points: then one more is waited for.
+    removes_violations : bool
+        Whether the next mesh would only impose limits at more points: then one more is waited for.
     """
     last, promised = solved[-1], solved[-1].errors.gain
-    leaks, much = last.leak > accuracy.path, promised > OVERPROMISE * accuracy.objective
-    count = _STILL if leaks and not (much or closes_leaks) else _STILL_IN_DOUBT
+    violated, much = last.excess > accuracy.path, promised > OVERPROMISE * accuracy.objective
+    count = _STILL if violated and not (much or removes_violations) else _STILL_IN_DOUBT
     latest = solved[-count:]
-    # a rough solve that is made again to the tolerance asked for is no second mesh
+    # a loose solve that is made again to the tolerance asked for is no second mesh
     if len(latest) < count or not all(s.tight for s in latest):
         return False
 
-    # what leaks of the looser tolerance may be worth, however loosely the optimum is asked for
+    # the effect that violations up to the looser tolerance may have, however loosely the optimum is
+    # asked for
     objectives = [s.iterate.objective for s in latest]
     slack = min(accuracy.objective, SLACK * accuracy.path) * last.iterate.objective_size
     if max(objectives) - min(objectives) > slack:
@@ -179,20 +185,20 @@ def stands_still(
     refuted = finer and is_refuted(latest, len(latest) - 1, accuracy)
     if promised > accuracy.objective and not refuted:
         return False
-    if (leaks and _leaks_fall(latest)) or _crossings_settle(latest):
+    if (violated and _violations_fall(latest)) or _crossings_settle(latest):
         return False
-    # a limit that has just begun to leak has had no mesh yet on which that is closed
+    # a limit that has just begun to be violated has had no mesh yet on which that is removed
     if latest[-2].is_verifiable(accuracy) and not last.is_verifiable(accuracy):
         return False
     return any(s.is_verifiable(accuracy) for s in latest)
 
 
-def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:
-    """Whether each of the rounds left much less over the limits than the one before."""
-    return all(new.leak <= _FALLING * old.leak for old, new in itertools.pairwise(latest))
+def _violations_fall(latest: Sequence[SolvedMesh]) -> bool:
+    """Whether each of the meshes left much less over the limits than the one before."""
+    return all(new.excess <= _FALLING * old.excess for old, new in itertools.pairwise(latest))
 
 
 def _crossings_settle(latest: Sequence[SolvedMesh]) -> bool:
-    """Whether the last round brought the breakpoints much nearer to crossings of kinks, if any."""
+    """Whether the last mesh brought the breakpoints much nearer to crossings of kinks, if any."""
     before, last = (s.errors.farthest_crossing for s in latest[-2:])
     return last <= _FALLING * before and last > NEAR

@@ -4,8 +4,8 @@ A guess without any motion in it, as a straight line from start to end, may lead
 where the violation of the constraints cannot be made smaller by small changes. That says nothing of
 the problem. Here the solver starts anew: with another line search, with the barrier that strays
 less, and from motions that are simulated under controls drawn at random
-(`ocp.mesh.simulated_guess`). The best of the first few that it finds is the answer of the round.
-The draws are the same in every run.
+(`ocp.mesh.simulated_guess`). The best of the first few that it finds is the answer of the first
+mesh. The draws are the same in every run.
 
 The controls of no guess are zero. There the slope of a root may be infinite, which ends a run at
 once. So other starts are made after an invalid number, too, unless a motion is stated, until a few

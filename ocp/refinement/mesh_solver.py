@@ -176,7 +176,7 @@ class MeshSolver:
         return own if self.settings.states_solver else own.loosened(min(LOOSE, _DIGITS * least))
 
     @cached_property
-    def rough_solver(self) -> NlpSolver:
+    def loose_solver(self) -> NlpSolver:
         """For meshes that are about to be replaced."""
         return self.solver.loosened(LOOSE)
 
@@ -307,9 +307,9 @@ class MeshSolver:
         violation = float(self.limits(program).excess(result.rows).max(initial=0.0))
         return SolvedMesh(iterate, errors, violation, tight, finer, result.iterations)
 
-    def spent(self, rounds: Sequence[MeshIteration], ahead: float = 0.0) -> bool:
+    def spent(self, mesh_iterations: Sequence[MeshIteration], ahead: float = 0.0) -> bool:
         """Whether the budget is used up after some mesh iterations, so many seconds from now."""
-        return self.budget.spent(iterations_of(rounds), ahead)
+        return self.budget.spent(iterations_of(mesh_iterations), ahead)
 
     def _packed(
         self, program: Transcription, motion: Trajectory | None, limits: ProgramLimits

@@ -32,12 +32,13 @@ _FAR = 1e-3
 # Times that a mesh without errors is solved again because its objective was far from its size.
 _SIZINGS = 4
 
-# A round may end above the least objective of its mesh by this part of what finer controls promise,
-# or of the tolerance on the objective. A motion further from it is not the one to be refined.
+# A mesh iteration may end above the least objective of its mesh by this part of what finer controls
+# promise, or of the tolerance on the objective. A motion further from it is not the one to be
+# refined.
 _NEAR = 0.1
 
 # Nor may one that is not replaced end further above it than by this part of the objective: controls
-# are off by its root, and limits leak by that.
+# are off by its root, and limits are exceeded by that.
 _NEARER = 1e-6
 
 log = logging.getLogger(__name__)
@@ -51,7 +52,7 @@ class History:
 
     Attributes
     ----------
-    rounds : list of MeshIteration
+    mesh_iterations : list of MeshIteration
         Records of all mesh iterations of the solve, those before this refinement included.
     solved : list of SolvedMesh
         What the solver finished in this refinement.
@@ -59,12 +60,12 @@ class History:
         Number of mesh iterations before this refinement.
     """
 
-    rounds: list[MeshIteration]
+    mesh_iterations: list[MeshIteration]
     solved: list[SolvedMesh] = field(default_factory=list)
     before: int = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "before", len(self.rounds))
+        object.__setattr__(self, "before", len(self.mesh_iterations))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,20 +80,20 @@ class PlannedMesh:
         Where the solver starts; None for the guess in the statement.
     policy : MeshPolicy
         That chooses what follows.
-    rough : bool
+    loose : bool
         Whether it is not solved to the tolerance asked for, as it will be replaced too.
     finer : bool
         Whether it has more intervals than the one before.
-    leaks_closed : int
+    violations_removed : int
         Meshes until now that only imposed limits at more points, each of which left less over them.
     """
 
     program: Transcription
     start: Start
     policy: MeshPolicy
-    rough: bool
+    loose: bool
     finer: bool = False
-    leaks_closed: int = 0
+    violations_removed: int = 0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,11 +110,11 @@ class NextStep:
         Why it ends here.
     over : bool
         Whether the policy allows no further mesh.
-    rough : bool
+    loose : bool
         Whether the next mesh is not solved to the tolerance asked for, as it will be replaced too.
     again : bool
         Whether the next mesh is the last one, to be solved to the tolerance asked for.
-    closes_leaks : bool
+    removes_violations : bool
         Whether the next mesh only imposes limits at more points, and each time less is left over
         them.
     examining : float
@@ -124,19 +125,19 @@ class NextStep:
     policy: MeshPolicy
     ending: Ending | None = None
     over: bool = False
-    rough: bool = False
+    loose: bool = False
     again: bool = False
-    closes_leaks: bool = False
+    removes_violations: bool = False
     examining: float = 0.0
 
 
 def first_plan(meshes: MeshSolver, start: Start, mesh: Mesh) -> PlannedMesh:
     """The first mesh of a refinement."""
     policy = meshes.settings.refinement
-    # without multipliers the first mesh is a rough one, and its digits are lost with it
-    rough = policy.adapts and not isinstance(start, Iterate)
+    # without multipliers the first mesh is solved loosely, and its digits are lost with it
+    loose = policy.adapts and not isinstance(start, Iterate)
     program = meshes.first_program(start, mesh)
-    return PlannedMesh(program, start, policy, rough=rough and _can_be_rough(meshes))
+    return PlannedMesh(program, start, policy, loose=loose and _can_be_loose(meshes))
 
 
 def look_at(
@@ -164,12 +165,12 @@ def look_at(
     if step.ending is not None:
         return step
 
-    # points that close a leak step by step cost little, and are no finer mesh
-    most, closed = planned.policy.rounds, planned.leaks_closed + step.closes_leaks
-    over = len(history.rounds) - history.before >= most + min(closed, most)
+    # points that remove a violation step by step cost little, and are no finer mesh
+    most, closed = planned.policy.rounds, planned.violations_removed + step.removes_violations
+    over = len(history.mesh_iterations) - history.before >= most + min(closed, most)
     step = replace(step, over=over)
     if is_solved and _once_more(meshes, history.solved, step.mesh, accuracy, over=over):
-        return replace(step, mesh=history.solved[-1].iterate.mesh, rough=False, again=True)
+        return replace(step, mesh=history.solved[-1].iterate.mesh, loose=False, again=True)
     return replace(step, ending="tolerances") if step.mesh is None else step
 
 
@@ -183,15 +184,15 @@ def next_plan(
         program=meshes.next_program(start, step.mesh),
         start=start,
         policy=step.policy,
-        rough=step.rough and _can_be_rough(meshes),
+        loose=step.loose and _can_be_loose(meshes),
         finer=step.mesh.intervals > planned.program.mesh.intervals,
-        leaks_closed=planned.leaks_closed + step.closes_leaks,
+        violations_removed=planned.violations_removed + step.removes_violations,
     )
 
 
-def _can_be_rough(meshes: MeshSolver) -> bool:
+def _can_be_loose(meshes: MeshSolver) -> bool:
     """Whether a looser tolerance than that asked for is another one."""
-    return meshes.rough_solver is not meshes.solver
+    return meshes.loose_solver is not meshes.solver
 
 
 def _after_solved(
@@ -202,20 +203,20 @@ def _after_solved(
     history: History,
 ) -> NextStep:
     """The step after a mesh that was solved, once that is in the history."""
-    began, solved, rounds = meshes.budget.elapsed, history.solved, history.rounds
+    began, solved, mesh_iterations = meshes.budget.elapsed, history.solved, history.mesh_iterations
     program, result = found.program, found.result
-    last = meshes.examined(program, result, tight=not planned.rough, finer=planned.finer)
+    last = meshes.examined(program, result, tight=not planned.loose, finer=planned.finer)
     solved.append(last)
 
     # a policy that adapts reads the errors; the record of another one is not to wait for them
     following = planned.policy.next_mesh(solved, accuracy)
-    rounds.append(record_of(program.mesh, result, last, found.starts, found.lost))
-    log.info("mesh iteration %d: %s", len(rounds), rounds[-1])
+    mesh_iterations.append(record_of(program.mesh, result, last, found.starts, found.lost))
+    log.info("mesh iteration %d: %s", len(mesh_iterations), mesh_iterations[-1])
     return NextStep(
         following,
         planned.policy,
-        rough=following is not None and _is_far(last, accuracy),
-        closes_leaks=_closes_leaks(solved, following),
+        loose=following is not None and _is_far(last, accuracy),
+        removes_violations=_removes_violations(solved, following),
         examining=meshes.budget.elapsed - began,
     )
 
@@ -228,11 +229,11 @@ def _after_failure(
     history: History,
 ) -> NextStep:
     """The step after a mesh on which the solver failed, or what ends the refinement there."""
-    solved, rounds, mesh = history.solved, history.rounds, found.program.mesh
-    rounds.append(record_of(mesh, found.result, None))
+    solved, mesh_iterations, mesh = history.solved, history.mesh_iterations, found.program.mesh
+    mesh_iterations.append(record_of(mesh, found.result, None))
     if found.result.outcome == "interrupted":
         return NextStep(None, planned.policy, "interrupted")
-    if meshes.spent(rounds):
+    if meshes.spent(mesh_iterations):
         return NextStep(None, planned.policy, "budget")
     if not solved:
         last = trajectory_of(found.program, found.result.x, meshes.parameters)
@@ -242,24 +243,24 @@ def _after_failure(
     if recovery is None:
         return NextStep(None, planned.policy, "failure")
     other, following = recovery
-    return NextStep(following, other, rough=planned.rough)
+    return NextStep(following, other, loose=planned.loose)
 
 
-def gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, rough: bool) -> float:
-    """How far above the least objective of its mesh the next round may end, relative."""
-    if not rough:
+def gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, loose: bool) -> float:
+    """How far above the least objective of its mesh the solver may end, relative."""
+    if not loose:
         return min(_NEAR * accuracy.objective, _NEARER)
     if not solved:
         return math.inf
     return _NEAR * max(accuracy.objective, solved[-1].errors.gain)
 
 
-def _closes_leaks(solved: Sequence[SolvedMesh], following: Mesh | None) -> bool:
+def _removes_violations(solved: Sequence[SolvedMesh], following: Mesh | None) -> bool:
     """Whether the next mesh has the same intervals, and the last one left less over its limits."""
     if following is None or len(solved) < 2:
         return False
     before, last = solved[-2:]
-    if following is last.iterate.mesh or last.leak >= before.leak:
+    if following is last.iterate.mesh or last.excess >= before.excess:
         return False
     pairs = zip(following.phases, last.iterate.mesh.phases, strict=True)
     return all(same_intervals(new, old) for new, old in pairs)
@@ -280,7 +281,8 @@ def _once_more(
     """
     last = solved[-1]
     if not last.tight:
-        # those digits are not worth a large program that is left with leaking peaks
+        # those digits are not worth a large program that is left with peaks exceeded between the
+        # points
         return over or (following is None and not _leaves_more_open(last, accuracy))
     again = sum(s.iterate.mesh is last.iterate.mesh for s in solved if s.tight)
     if following is not None or over or again > _SIZINGS:
@@ -289,7 +291,7 @@ def _once_more(
 
 
 def _leaves_more_open(last: SolvedMesh, accuracy: Accuracy) -> bool:
-    """Whether what a mesh leaves open is far more than the digits of a rough solve."""
+    """Whether what a mesh leaves open is far more than the digits of a loose solve."""
     much = last.errors.gain > OVERPROMISE * accuracy.objective
     return much and not last.is_verifiable(accuracy)
 
@@ -297,15 +299,15 @@ def _leaves_more_open(last: SolvedMesh, accuracy: Accuracy) -> bool:
 def _is_far(last: SolvedMesh, accuracy: Accuracy) -> bool:
     """Whether digits of the next mesh are lost, because that one will be replaced, too.
 
-    Where little is left to gain, a leak counts by the time that it takes. One in a few narrow
-    intervals is no reason to be rough: most of the next mesh is the same as the one after it, and
-    controls that are a little off leak at other places.
+    Where little is left to gain, a violation counts by the time that it takes. One in a few narrow
+    intervals is no reason for a loose solve: most of the next mesh is the same as the one after it,
+    and controls that are a little off exceed limits at other places.
     """
-    errors, leak = last.errors, last.errors.excess
+    errors, excess = last.errors, last.errors.excess
     if errors.gain <= OVERPROMISE * accuracy.objective:
         phases = zip(last.iterate.trajectory.phases, errors.phases, strict=True)
-        leak = max(mean_excess(motion.fractions, of_phase.excess) for motion, of_phase in phases)
-    return max(errors.gain / OVERPROMISE, errors.dynamics, leak) >= _FAR
+        excess = max(mean_excess(motion.fractions, of_phase.excess) for motion, of_phase in phases)
+    return max(errors.gain / OVERPROMISE, errors.dynamics, excess) >= _FAR
 
 
 def mean_excess(fractions: Array, excess: Sequence[Extremes]) -> float:

@@ -2,8 +2,8 @@
 
 A peak counts as the largest value at the points of its phase, and the motion may be higher between
 them. Its own peak is no worse a motion: it meets all limits, and only its objective is a little
-more than what was reported. Where points would have to chase such leaks over many large programs,
-the peaks are raised instead, as long as that costs no more than what is open anyway.
+more than what was reported. Where points would have to chase such violations over many large
+programs, the peaks are raised instead, as long as that costs no more than what is open anyway.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _AMPLE = 1.0 + 1e-6
 def with_raised_peaks(
     meshes: MeshSolver, solved: SolvedMesh, accuracy: Accuracy
 ) -> SolvedMesh | None:
-    """A solved mesh with its peaks raised; None where none leaks or that costs too much.
+    """A solved mesh with its peaks raised; None where none is exceeded or that costs too much.
 
     The cost counts as a gain that a finer mesh promises.
     """

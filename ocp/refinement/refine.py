@@ -33,7 +33,7 @@ class Refinement:
     best : SolvedMesh
         The best mesh iteration that holds between its points, if need be to a looser tolerance; the
         last one if none does.
-    rounds : tuple of MeshIteration
+    mesh_iterations : tuple of MeshIteration
         Records of all, those before this refinement included.
     ending : str
         What ended it.
@@ -42,7 +42,7 @@ class Refinement:
     """
 
     best: SolvedMesh
-    rounds: tuple[MeshIteration, ...]
+    mesh_iterations: tuple[MeshIteration, ...]
     ending: Ending
     solved: tuple[SolvedMesh, ...]
 
@@ -103,7 +103,7 @@ def refine(
     best, found = None, None
     if history.solved:
         best = _verifiable(meshes, history.solved, accuracy)
-        found = Refinement(best, tuple(history.rounds), ending, tuple(history.solved))
+        found = Refinement(best, tuple(history.mesh_iterations), ending, tuple(history.solved))
     if ending == "interrupted":
         raise interrupted(meshes, history, last, best, found)
     if found is None or (ending == "budget" and not found.best.is_verifiable(accuracy)):
@@ -115,9 +115,9 @@ def _solved(
     meshes: MeshSolver, planned: PlannedMesh, accuracy: Accuracy, history: History
 ) -> MeshAnswer:
     """A mesh solved, the first one from several starts if need be; or what failed."""
-    rough, before = planned.rough, tuple(history.rounds)
-    solver = meshes.rough_solver if rough else meshes.solver
-    solver = solver.within_gap(gap(history.solved, accuracy, rough=rough))
+    loose, before = planned.loose, tuple(history.mesh_iterations)
+    solver = meshes.loose_solver if loose else meshes.solver
+    solver = solver.within_gap(gap(history.solved, accuracy, loose=loose))
     # breakpoints that move are given up after a while, where there is a mesh to go back to
     most = most_iterations(history.solved, planned.program.mesh)
     result = meshes.solve(planned.program, planned.start, solver, before, most=most)

@@ -229,10 +229,10 @@ _NO_MOTION = 1.0
 _ENOUGH = 3
 
 # Answers that are refined where values cannot be compared, those among them that come from a mesh
-# that was too coarse, and the rounds that each may take.
+# that was too coarse, and the mesh iterations that each may take.
 _CANDIDATES = 5
 _COARSE = 2
-_ROUNDS = 4
+_MESH_ITERATIONS = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -548,7 +548,7 @@ def _refined(
             return _Answer(program, result, value, solved[-1].errors.dynamics), last
         mesh = policy.next_mesh(solved, accuracy)
         spent = [*first_mesh.before, record_of(program.mesh, last, None)]
-        if mesh is None or len(solved) > _ROUNDS or meshes.spent(spent):
+        if mesh is None or len(solved) > _MESH_ITERATIONS or meshes.spent(spent):
             return None, last
 
         program = meshes.next_program(solved[-1].iterate, mesh)

@@ -112,18 +112,18 @@ def record_of(
     )
 
 
-def iterations_of(rounds: Sequence[MeshIteration]) -> int:
+def iterations_of(mesh_iterations: Sequence[MeshIteration]) -> int:
     """Iterations of the solver over some mesh iterations."""
-    return sum(entry.iterations for entry in rounds)
+    return sum(entry.iterations for entry in mesh_iterations)
 
 
 # Factor by which a promised gain, which is of first order, is often more than what is gained. Up to
 # so many times the tolerance it is little.
 OVERPROMISE = 10.0
 
-# Part of the tolerance on the objective that such a promise may be worth by what its fall gained,
+# Part of the tolerance on the objective that may be real of such a promise by what its fall gained,
 # over so many meshes at least: one may have been finer at the wrong place.
-_WORTH_LITTLE = 0.25
+_LITTLE = 0.25
 _TWICE = 2
 
 # A mesh tells what finer ones gain by this factor more intervals, and by changes of its objective
@@ -133,7 +133,9 @@ _FINER, _SAFETY = 1.2, 3.0
 # Part of an objective that the solver may leave open
 _SOLVED_TO = 1e-6
 
-Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget", "cost", "interrupted"]
+Ending = Literal[
+    "tolerances", "standstill", "mesh iterations", "failure", "budget", "cost", "interrupted"
+]
 """Why a refinement ends."""
 
 CUT_SHORT: tuple[Ending, ...] = ("budget", "cost", "interrupted")
@@ -180,7 +182,7 @@ class SolvedMesh:
             Factor by which the constraints may miss their tolerance.
         """
         dynamics = self.errors.dynamics <= accuracy.dynamics
-        return dynamics and self.leak <= slack * accuracy.path
+        return dynamics and self.excess <= slack * accuracy.path
 
     def is_verifiable(self, accuracy: Accuracy) -> bool:
         """Whether the motion holds to the slack that the verification has."""
@@ -194,24 +196,24 @@ class SolvedMesh:
         """The worst of dynamics, constraints and promised gain, each over its tolerance."""
         return max(
             self.errors.dynamics / accuracy.dynamics,
-            self.leak / accuracy.path,
+            self.excess / accuracy.path,
             self.errors.gain / accuracy.objective,
         )
 
     @property
-    def leak(self) -> float:
+    def excess(self) -> float:
         """Largest excess of a constraint at the points or between them, relative."""
         return max(self.errors.excess, self.violation)
 
 
 def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
-    """The best round that holds between the points, if need be to the slack of a verification.
+    """The best mesh iteration that holds between the points, if need be to a looser tolerance.
 
-    Of rounds whose objectives are as good, those come first whose controls promise no more than a
-    certificate allows, then those that meet their tolerances. One that leaks less is no answer if
-    it lies on a mesh that was too coarse. Without any that holds it is the last round, which the
-    only one is. Errors that are small next to sizes which the last round has shown to be far too
-    large say nothing.
+    That is the slack of a verification. Of mesh iterations whose objectives are as good, those come
+    first whose controls promise no more than a certificate allows, then those that meet their
+    tolerances. One with less excess is no answer if it lies on a mesh that was too coarse. Without
+    any that holds it is the last one, which the only one is. Errors that are small next to sizes
+    which the last mesh has shown to be far too large say nothing.
     """
     if len(solved) == 1:
         return solved[0]
@@ -230,7 +232,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
 
     as_good = [s for s in good if behind(s) <= accuracy.objective]
     if not best.holds(accuracy):
-        # what leaks may gain more than the tolerance on the objective
+        # violations may gain more than the tolerance on the objective
         as_good += [s for s in good if s.meets(accuracy) and behind(s) <= CERTIFIED_GAIN]
     as_good = [s for s in as_good if s.errors.gain <= CERTIFIED_GAIN] or as_good
     strict = [s for s in as_good if s.holds(accuracy)]
@@ -240,32 +242,32 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     strict = [s for s in strict if s.errors.farthest_crossing <= NEAR] or strict
     if strict:
         return min(strict, key=lambda s: sense * s.iterate.objective)
-    return min(as_good, key=lambda s: s.leak, default=best)
+    return min(as_good, key=lambda s: s.excess, default=best)
 
 
-def is_refuted(solved: Sequence[SolvedMesh], rounds: int, accuracy: Accuracy) -> bool:
+def is_refuted(solved: Sequence[SolvedMesh], back: int, accuracy: Accuracy) -> bool:
     """Whether what is promised is no gain, after finer meshes that hardly gained anything.
 
-    Either it is about what it was some rounds ago, as noise is. Or it is little, and its fall tells
-    what it is worth: where the objective gained far less than the promise fell by, so it will for
-    the rest. Along singular arcs it falls like the intervals themselves, and what is lost like
+    Either it is about what it was some meshes ago, as noise is. Or it is little, and its fall tells
+    how much of it is real: where the objective gained far less than the promise fell by, so it will
+    for the rest. Along singular arcs it falls like the intervals themselves, and what is lost like
     their square.
 
     Parameters
     ----------
-    rounds : int
-        That are looked back.
+    back : int
+        Meshes that are looked back.
     """
-    if len(solved) <= rounds:
+    if len(solved) <= back:
         return True
-    before, last = solved[-1 - rounds], solved[-1]
+    before, last = solved[-1 - back], solved[-1]
     left, fallen = last.errors.gain, before.errors.gain - last.errors.gain
     if left > 0.5 * before.errors.gain:
         return True
-    if rounds < _TWICE or left > OVERPROMISE * accuracy.objective:
+    if back < _TWICE or left > OVERPROMISE * accuracy.objective:
         return False
     gained = abs(before.iterate.objective - last.iterate.objective) / last.iterate.objective_size
-    return left * gained <= _WORTH_LITTLE * accuracy.objective * fallen
+    return left * gained <= _LITTLE * accuracy.objective * fallen
 
 
 def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:

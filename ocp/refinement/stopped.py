@@ -33,10 +33,10 @@ def budget_spent(
             f"the errors between the points were still {best.errors.dynamics:.1e} of the "
             f"dynamics and {max(best.errors.excess, 0.0):.1e} of the constraints"
         )
-    rounds = history.rounds
+    mesh_iterations = history.mesh_iterations
     return BudgetSpent(
         f"the budget of {meshes.budget} for '{meshes.problem.name}' ended in mesh iteration "
-        f"{len(rounds)} after {iterations_of(rounds)} iterations: {state}; "
+        f"{len(mesh_iterations)} after {iterations_of(mesh_iterations)} iterations: {state}; "
         "raise the budget, loosen the tolerances or "
         "give a better guess",
         last,

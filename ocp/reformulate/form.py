@@ -21,7 +21,7 @@ from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, SignalGroup, SignalK
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters, parameters_of
-from ocp.problem.problem import Problem, told_before
+from ocp.problem.problem import Problem, without_repeated_warnings
 from ocp.problem.symbols import (
     Algebraic,
     Constant,
@@ -142,7 +142,7 @@ def reformulated(problem: Problem, reformulations: tuple[Reformulation, ...]) ->
     """
     form = Form(problem, problem, passes=tuple(map(repr, reformulations)))
     for each in reformulations:
-        with told_before():
+        with without_repeated_warnings():
             restated = each.apply(form.problem)
         if restated is not None:
             form = form.then(restated)

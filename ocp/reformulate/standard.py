@@ -6,4 +6,8 @@ from ocp.reformulate.kinked_costs import KinkedCosts, KinkedNumbers
 from ocp.reformulate.reformulation import Reformulation
 from ocp.reformulate.split_controls import SplitControls
 
-STANDARD: tuple[Reformulation, ...] = (KinkedNumbers(), SplitControls(), KinkedCosts())
+STANDARD_REFORMULATIONS: tuple[Reformulation, ...] = (
+    KinkedNumbers(),
+    SplitControls(),
+    KinkedCosts(),
+)

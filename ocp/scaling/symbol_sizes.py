@@ -266,11 +266,11 @@ class SizeSources:
 
     def of_unknown(self, unknown: Unknown) -> tuple[float, str]:
         """Size of an unknown with the reason; 0 if nothing is said of it."""
-        told_by_limits = unknown.name not in self.without_limits
-        if unknown.scale is not None and told_by_limits:
+        by_limits = unknown.name not in self.without_limits
+        if unknown.scale is not None and by_limits:
             return unknown.scale, STATED
         guessed = self._guessed(unknown.name, self.guess.unknowns)
-        if unknown.name in self.without_guess and told_by_limits:
+        if unknown.name in self.without_guess and by_limits:
             return self._limit(unknown.name), BOUNDS
         return guessed, GUESSED_NUMBER
 

@@ -31,7 +31,7 @@ from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
 from ocp.problem.interpolants import Interpolant, interpolant_of
 from ocp.problem.parameters import parameters_of
 from ocp.problem.phase import Phase
-from ocp.problem.problem import Problem, told_before
+from ocp.problem.problem import Problem, without_repeated_warnings
 from ocp.problem.symbols import TIME, ByFraction, Signal, Symbol, Time, resolve
 from ocp.reformulate.form import Form
 from ocp.solution.disk import check_room, read_file, write_file
@@ -120,7 +120,7 @@ def tabulated(problem: Problem) -> Problem:
     A solve of it takes the same steps here and in another process, or after the problem was stored.
     """
     phases = [replace(phase, guess=_tabulated(phase, problem)) for phase in problem.phases]
-    with told_before():
+    with without_repeated_warnings():
         return replace(problem, phases=phases)
 
 
@@ -319,7 +319,7 @@ class _Reader:
         values = {key: self.read(value) for key, value in entry["fields"].items()}
         if not set(values) <= set(_stored_fields(made)):
             raise ValueError(f"it has a {name} with other fields")
-        with told_before():
+        with without_repeated_warnings():
             return made(**values)
 
     def _expression(self, entry: Mapping[str, Any]) -> ca.SX:

@@ -38,7 +38,7 @@ import numpy as np
 
 from ocp.accuracy import SLACK, Accuracy
 from ocp.estimates.motion_errors import MotionErrors, dense_peak
-from ocp.estimates.promised_gain import worth_of_excess
+from ocp.estimates.promised_gain import effect_of_excess
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
@@ -227,7 +227,7 @@ def verify(
         bounds=tuple(_boundary_excesses(iterate, replay.solved, evaluator, dense)),
         objective=iterate.objective,
         replayed_objective=objective,
-        effect=worth_of_excess(iterate, errors.excess),
+        effect=effect_of_excess(iterate, errors.excess),
         passed=False,
         amplification=simulated.amplification,
         restarts=simulated.restarts,

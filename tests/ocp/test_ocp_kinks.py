@@ -41,7 +41,7 @@ from ocp.numerics.kinks import KinkSurfaces, kinked_operations
 from ocp.problem.kinks import crossable_kinks
 from ocp.refinement.policies.kink_breakpoints import are_met, with_crossings, with_sides
 from ocp.reformulate.form import reformulated
-from ocp.reformulate.standard import STANDARD
+from ocp.reformulate.standard import STANDARD_REFORMULATIONS
 from tests.ocp.problems import certified
 
 x, v = State("x", "m"), State("v", "m/s")
@@ -135,7 +135,7 @@ def least(cost, phase=MOVE, **bounds):
 
 def solved(problem):
     """What is solved in place of a problem."""
-    return reformulated(problem, STANDARD).problem
+    return reformulated(problem, STANDARD_REFORMULATIONS).problem
 
 
 def controls(problem):
@@ -690,7 +690,7 @@ def test_the_statement_of_the_user_stays_and_can_be_used_again():
         problem = Problem(
             "store", phase, minimise=bought, bounds=[phase.integral(power**2) <= limit]
         )
-        form = reformulated(problem, STANDARD).problem
+        form = reformulated(problem, STANDARD_REFORMULATIONS).problem
         assert [control.name for control in form.controls["day"]] == ["power", "|power|"]
     assert [symbol.name for symbol in phase.symbols] == ["energy", "power"]
 

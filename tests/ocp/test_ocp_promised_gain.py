@@ -26,7 +26,7 @@ def moved(minimise, end):
 def telling(solution, *, acting):
     iterate = solution.kept_iterate
     strongest = np.full(iterate.trajectory.phases[0].intervals, float(acting))
-    return PhaseGains.of(iterate, solution.evaluator, 0, strongest).telling
+    return PhaseGains.of(iterate, solution.evaluator, 0, strongest).informative
 
 
 def test_a_coarse_switch_promises_about_what_its_place_gains():
@@ -71,9 +71,9 @@ def test_a_control_on_its_bound_makes_no_noise_of_another_one_tell():
         iterate = solution.kept_iterate
         strongest = strongest_multipliers(iterate)
         gains = PhaseGains.of(iterate, solution.evaluator, 0, strongest[0])
-        promised.append(gains.told.sum() * iterate.objective_size)
+        promised.append(gains.counted.sum() * iterate.objective_size)
         # what the speed limit leaves between its points is there in both
-        assert gains.anywhere.sum() > 2.0 * gains.told.sum()
+        assert gains.anywhere.sum() > 2.0 * gains.counted.sum()
     assert promised[1] == pytest.approx(promised[0], rel=1e-2, abs=1e-9)
 
 

@@ -25,7 +25,7 @@ from ocp import (
 )
 from ocp.problem.integrator_chains import enters_linearly
 from ocp.reformulate.form import reformulated
-from ocp.reformulate.standard import STANDARD
+from ocp.reformulate.standard import STANDARD_REFORMULATIONS
 
 # min int x^2 + v^2 from (0, 1) under |u| <= 1 (Jacobson, Gershwin, Lele, IEEE TAC 1970): u = -1
 # until v = -x, at sqrt 2, then the singular u = x, on which x decays as exp(-t). The end is
@@ -93,7 +93,7 @@ def stated(rate, *bounds, cost=None):
     x, u = State("x"), Control("u", lower=-1, upper=1)
     move = Phase("move", {x: rate(x, u)}, {x: 0}, {x: 1}, end=3, bounds=[b(x, u) for b in bounds])
     problem = Problem("p", move, minimise=move.integral(cost(x, u)) if cost else move.at_end(x))
-    solved = reformulated(problem, STANDARD).problem
+    solved = reformulated(problem, STANDARD_REFORMULATIONS).problem
     return problem, enters_linearly(solved, solved.phases[0], u)
 
 

@@ -48,8 +48,8 @@ def test_a_refinement_stands_still_where_only_last_digits_are_missing():
 
 def test_a_refinement_goes_on_once_more_where_that_only_closes_leaks():
     closing = [mesh_round(2.0, excess=e, finer=False) for e in (9e-7, 7e-7, 5e-7)]
-    assert not stands_still(closing[:2], ACCURACY, closes_leaks=True)
-    assert stands_still(closing, ACCURACY, closes_leaks=True)
+    assert not stands_still(closing[:2], ACCURACY, removes_violations=True)
+    assert stands_still(closing, ACCURACY, removes_violations=True)
 
 
 def test_a_refinement_goes_on_while_breakpoints_come_nearer_to_kinks():
@@ -110,8 +110,8 @@ def test_a_limit_that_has_just_begun_to_leak_gets_a_mesh_to_be_closed_on():
         for leaks in ((5e-7, 5e-7, 2e-4), (5e-7, 2e-4, 2e-4))
     )
     assert not stands_still(begun, ACCURACY)
-    assert not stands_still(begun, ACCURACY, closes_leaks=True)
-    assert stands_still(stays, ACCURACY, closes_leaks=True)
+    assert not stands_still(begun, ACCURACY, removes_violations=True)
+    assert stands_still(stays, ACCURACY, removes_violations=True)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from ocp import (
     solve,
 )
 from ocp.reformulate.form import reformulated
-from ocp.reformulate.standard import STANDARD
+from ocp.reformulate.standard import STANDARD_REFORMULATIONS
 from tests.ocp.problems import certified
 
 places = [State(name, "m") for name in "xyz"]
@@ -66,7 +66,7 @@ def line(n, end=3.0, most=1.0):
 
 def raised(problem):
     """Controls that are solved for in place of sizes."""
-    form = reformulated(problem, STANDARD).problem
+    form = reformulated(problem, STANDARD_REFORMULATIONS).problem
     return [c for c in form.controls["move"] if c not in set(problem.controls["move"])]
 
 
@@ -129,7 +129,7 @@ def test_the_form_shows_what_is_solved():
     problem = least(ca.norm_2(vector()))
     (control,) = raised(problem)
     assert (control.name, control.unit, control.lower) == ("sqrt(ax^2 + ay^2)", "m/s^2", 0.0)
-    form = reformulated(problem, STANDARD).problem
+    form = reformulated(problem, STANDARD_REFORMULATIONS).problem
     assert form.phases[0].bounds[-1].name == "sqrt(ax^2 + ay^2), size"
 
 
@@ -181,7 +181,7 @@ MOVE = move()
 )
 def test_what_is_no_size_of_controls_that_costs_is_left_as_it_is(cost):
     problem = Problem("kept", MOVE, minimise=cost)
-    assert reformulated(problem, STANDARD).problem is problem
+    assert reformulated(problem, STANDARD_REFORMULATIONS).problem is problem
 
 
 @pytest.mark.slow

@@ -58,7 +58,7 @@ def both_ways(
             for point in walk(subject, first, last, ranges, stride, remarks.append):
                 # kept at once, so that nothing is lost where the user stops
                 points.append(point)
-            say(_told(points))
+            say(_count_and_seconds(points))
         front = front_of(points, ranges, widest)
         for a, b in itertools.pairwise(front.points):
             if distance(a, b, ranges) > widest:
@@ -88,6 +88,6 @@ def walked_down(
     return Walked(front_of(points, ranges, WIDEST * LENGTH / count), tuple(remarks), stopped)
 
 
-def _told(points: Sequence[FrontPoint]) -> str:
+def _count_and_seconds(points: Sequence[FrontPoint]) -> str:
     seconds = sum(point.seconds for point in points)
     return f"{len(points)} points of the front in {seconds:.1f} s"

@@ -50,8 +50,8 @@ class AdaptiveMesh:
 
     Errors of the dynamics raise the degree of an interval, or split it. Jumps of controls are put
     in brackets, in which a breakpoint may move. Controls are refined where the Hamiltonian promises
-    a gain, not where they look rough. A constraint that leaks between the points is imposed at the
-    leak too.
+    a gain, not where they look rough. A constraint that is exceeded between the points is imposed
+    there, too.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class AdaptiveMesh:
         following = self._adapted(solved, accuracy, resolve_controls=not converged)
         if following is not None and not self.move_breakpoints:
             following = following.frozen()
-        elif following is not None and informative and _promises_in_vain(solved, accuracy):
+        elif following is not None and informative and _finer_mesh_gained_nothing(solved, accuracy):
             following = with_movable_switches(last.iterate) or following
 
         if following is None and not converged and not informative:
@@ -120,13 +120,15 @@ class AdaptiveMesh:
         if not any(phase.movable for phase in failed.phases):
             pairs = zip(failed.phases, solved[-1].iterate.mesh.phases, strict=True)
             only_points = all(same_intervals(new, old) for new, old in pairs)
-            following = self._cut_where_limits_leak(solved, accuracy) if only_points else None
+            following = (
+                self._cut_where_limits_are_exceeded(solved, accuracy) if only_points else None
+            )
             return None if following is None else (self, following)
         still = self._held_still()
         following = still._adapted(solved, accuracy, resolve_controls=True)
         return still, (following or solved[-1].iterate.mesh).frozen()
 
-    def _cut_where_limits_leak(
+    def _cut_where_limits_are_exceeded(
         self, solved: Sequence[SolvedMesh], accuracy: Accuracy
     ) -> Mesh | None:
         """The mesh after the last one as if all intervals that exceed a limit were too long."""
@@ -181,7 +183,7 @@ class AdaptiveMesh:
             demands = replace(demands, brackets_move=False)
             phases = phases_for(demands)
         if size > self.most_unknowns:
-            if _only_peaks_leak(last, accuracy):
+            if _only_peaks_are_exceeded(last, accuracy):
                 return None
             phases = phases_for(replace(demands, least_gain=np.inf, leaves_controls=True))
         if not any(phase.changes for phase in phases):
@@ -207,7 +209,7 @@ def _resolves_jumps(last: SolvedMesh, accuracy: Accuracy) -> bool:
     return jumps <= max(MANY, TOO_MANY * last.iterate.mesh.intervals)
 
 
-def _only_peaks_leak(last: SolvedMesh, accuracy: Accuracy) -> bool:
+def _only_peaks_are_exceeded(last: SolvedMesh, accuracy: Accuracy) -> bool:
     """Whether nothing is open but peaks, and raising them costs less than finer controls promise.
 
     See `ocp.refinement.raised_peaks`.
@@ -225,7 +227,7 @@ def _unknowns(iterate: Iterate, phases: Sequence[PhaseMesh]) -> float:
     return iterate.x.size * sum(int(phase.degrees.sum()) for phase in phases) / before
 
 
-def _promises_in_vain(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
+def _finer_mesh_gained_nothing(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
     """Whether a motion that holds promises a gain though its mesh, a finer one, gained nothing."""
     if len(solved) < 2 or not solved[-1].holds(accuracy):
         return False

@@ -1,7 +1,7 @@
 """Back-off: limits that hold between the points because the points keep inside them.
 
-A leak that is held at one point moves to the side, and points chase it for many rounds where a
-motion rides its limit. A back-off moves the limit at all points of the interval by what leaks
+A violation that is held at one point moves to the side, and points chase it for many meshes where a
+motion rides its limit. A back-off moves the limit at all points of the interval by what is exceeded
 between them. It costs the objective something, and is kept only where that does not count.
 """
 
@@ -22,9 +22,10 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.path_constraints import PathConstraint
 
-# A leak is closed by a back-off only below this part of the constraint's size, with so much to
-# spare, and where all back-offs together cost at most this part of the tolerance on the objective.
-# In a narrow interval the leak may be larger: beside a pole of the control nothing else closes it.
+# A violation is removed by a back-off only below this part of the constraint's size, with so much
+# to spare, and where all back-offs together cost at most this part of the tolerance on the
+# objective. In a narrow interval it may be larger: beside a pole of the control nothing else
+# removes it.
 _LARGEST_BACK_OFF = 1e-3
 _LARGEST_BACK_OFF_IF_NARROW = 0.3
 _AMPLE = 1.02
@@ -34,14 +35,14 @@ _BACK_OFF_COST = 0.5
 _SHARE = 0.25
 
 # The bound of a state is given up to a back-off only in an interval below this part of a phase that
-# holds more added points than this: most of its leaks are closed by a few points or by a cut, which
+# holds more added points than this: most of its violations go by a few points or by a cut, which
 # cost nothing.
 _SHORT = 1e-2
 _TRIED = 3
 
 
 def chosen_back_offs(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[int, Array]]:
-    """Further back-offs that close leaks at a cost that the objective does not notice.
+    """Further back-offs that remove violations at a cost that the objective does not notice.
 
     To first order a back-off costs its product with the multipliers of the limit. Those of earlier
     rounds are counted. Of the new ones the cheapest are taken, as far as what is allowed goes. One
@@ -50,7 +51,7 @@ def chosen_back_offs(last: SolvedMesh, accuracy: Accuracy, closed: float) -> lis
     Parameters
     ----------
     closed : float
-        Relative excess from which on a leak is closed.
+        Relative excess from which on it is removed.
 
     Returns
     -------
@@ -66,8 +67,8 @@ def chosen_back_offs(last: SolvedMesh, accuracy: Accuracy, closed: float) -> lis
         of_unit = unit_costs(iterate.transcription.constraints[index], sums)
         excess, intervals = errors.excess, iterate.mesh.phases[index].intervals
         of_phase = {
-            number: np.where(leaks, _AMPLE * excess[number].values, 0.0) * excess[number].size
-            for number, leaks in _closable(iterate, index, errors, sums, closed).items()
+            number: np.where(exceeded, _AMPLE * excess[number].values, 0.0) * excess[number].size
+            for number, exceeded in _closable(iterate, index, errors, sums, closed).items()
         }
         wanted.append(of_phase)
         costs.append({number: of_unit[number] * of_phase[number] for number in of_phase})
@@ -100,14 +101,14 @@ def _closable(
     sums: Mapping[int, Array],
     least: float,
 ) -> dict[int, Flags]:
-    """Where a limit of a phase leaks and a back-off would close it, by path constraint, (N,).
+    """Where a limit of a phase is exceeded and a back-off would help, by path constraint, (N,).
 
     Parameters
     ----------
     sums : mapping of int to (N,)
         Of the multipliers, by path constraint.
     least : float
-        Relative excess from which on a leak counts.
+        Relative excess from which on it counts.
     """
     widths = np.diff(iterate.trajectory.phases[index].fractions)
     narrow, short = widths < NARROW, widths < _SHORT
@@ -117,17 +118,19 @@ def _closable(
     closable = {}
     for number, constraint in enumerate(iterate.transcription.constraints[index]):
         excess = errors.excess[number].values
-        leaks = (excess > least) & (excess < largest_back_off)
-        if constraint.of_controls or number not in sums or not leaks.any():
+        exceeded = (excess > least) & (excess < largest_back_off)
+        if constraint.of_controls or number not in sums or not exceeded.any():
             continue
 
         # elsewhere points are tried first
         points = _points(iterate, index, number)
         tried = points > 0 if constraint.sampled else short & (points > _TRIED)
-        leaks &= narrow | tried
-        leaks &= _AMPLE * excess * errors.excess[number].size < _SHARE * _range(constraint, iterate)
+        exceeded &= narrow | tried
+        exceeded &= _AMPLE * excess * errors.excess[number].size < _SHARE * _range(
+            constraint, iterate
+        )
         # where a limit is not strongly active its multipliers tell no cost
-        closable[number] = leaks & (sums[number] > STRONGLY_ACTIVE * largest)
+        closable[number] = exceeded & (sums[number] > STRONGLY_ACTIVE * largest)
     return closable
 
 
@@ -151,7 +154,7 @@ def _range(constraint: PathConstraint, iterate: Iterate) -> float:
 def without_closed(
     errors: PhaseErrors, back_off: Mapping[int, Array], tolerance: float
 ) -> PhaseErrors:
-    """The errors but for the leaks that back-offs close."""
+    """The errors but for the violations that back-offs remove."""
     if not back_off:
         return errors
     excess = tuple(
@@ -160,7 +163,7 @@ def without_closed(
         else entry
         for number, entry in enumerate(errors.excess)
     )
-    leaks = np.any([entry.values > tolerance for entry in excess], axis=0)
+    exceeded = np.any([entry.values > tolerance for entry in excess], axis=0)
     return replace(
-        errors, excess=excess, crowded=errors.crowded & leaks, coarse=errors.coarse & leaks
+        errors, excess=excess, crowded=errors.crowded & exceeded, coarse=errors.coarse & exceeded
     )

@@ -5,7 +5,7 @@ may lie anywhere in an interval, that interval is the bracket.
 
 Movable breakpoints may be in the way. They make a program less convex. Where many limits act that
 can cost more iterations than switches in their places gain. They may also move to where limits
-leak, mesh after mesh, because that pays.
+are exceeded between the points, mesh after mesh, because that pays.
 """
 
 from __future__ import annotations
@@ -91,11 +91,11 @@ def _led_nowhere(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
 
 
 def _on_the_way(row: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
-    """Whether each mesh has a better objective than the one before, and no limit leaks.
+    """Whether each mesh has a better objective than the one before, and no limit is exceeded.
 
     A switch that is far from its time gets there through several intervals.
     """
-    if any(each.leak > accuracy.path for each in row):
+    if any(each.excess > accuracy.path for each in row):
         return False
     sense, size = row[-1].iterate.problem.sense, row[-1].iterate.objective_size
     objectives = [sense * each.iterate.objective for each in row]
@@ -214,7 +214,7 @@ def settled(
     """The mesh at the solved breakpoints, and whether a breakpoint wants to move on.
 
     A breakpoint that ran into a fixed neighbour takes its place, so that it can go further in the
-    next round. Not so at an instant that is `known` (m,), as a fraction of the phase. An interval
+    next mesh. Not so at an instant that is `known` (m,), as a fraction of the phase. An interval
     that vanished is dropped. A breakpoint without a jump stays put.
     """
     fractions = motion.fractions

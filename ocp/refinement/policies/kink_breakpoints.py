@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocp.arrays import Array, Flags
-from ocp.estimates.kink_crossings import NEAR_WHILE_ROUGH, KinkCrossings
+from ocp.estimates.kink_crossings import NEAR_WHILE_LOOSE, KinkCrossings
 from ocp.mesh.mesh import SAME_POINT, PhaseMesh
 from ocp.refinement.solved_mesh import SolvedMesh
 
@@ -90,7 +90,7 @@ def are_met(history: Sequence[KinkCrossings], intervals: int) -> bool:
         return False
     off = np.array([crossings.farthest for crossings in history])
     then, now = off[: -_PATIENCE or None], off[_PATIENCE:]
-    return not bool(np.any((now > NEAR_WHILE_ROUGH) & (now > _FALLING * then[: now.size])))
+    return not bool(np.any((now > NEAR_WHILE_LOOSE) & (now > _FALLING * then[: now.size])))
 
 
 def with_crossings(

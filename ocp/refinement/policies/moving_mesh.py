@@ -101,8 +101,8 @@ def _is_one(
     return True
 
 
-# Of its width, that an interval may grow to at once: on a longer one a constraint would leak
-# between its points, which an optimiser uses.
+# Of its width, that an interval may grow to at once: on a longer one a constraint would be
+# exceeded between its points, which an optimiser uses.
 _LONGEST = 1.5
 
 # Parts of its width, within which an interval still leaves its neighbours of the family room: if
@@ -112,8 +112,8 @@ _ROOM = (0.5, 1.2)
 # Of the phase: an interval this narrow stands for nothing.
 _VANISHED = 1e-5
 
-# Of its size: a constraint as near to its limit as this may leak between the points of an interval
-# that has become longer.
+# Of its size: a constraint as near to its limit as this may be exceeded between the points of an
+# interval that has become longer.
 _NEAR = 0.02
 
 

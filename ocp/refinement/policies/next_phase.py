@@ -13,7 +13,7 @@ import numpy as np
 from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags, Integers
 from ocp.estimates.error_estimate import PhaseErrors, beside, held_switches
-from ocp.estimates.kink_crossings import NEAR, NEAR_WHILE_ROUGH, KinkCrossings
+from ocp.estimates.kink_crossings import NEAR, NEAR_WHILE_LOOSE, KinkCrossings
 from ocp.estimates.switch_detection import Jump
 from ocp.mesh.mesh import ExtraPoints, PhaseMesh, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory
@@ -163,8 +163,8 @@ def _parts(errors: PhaseErrors, least_gain: float) -> Integers:
     return np.clip(np.ceil(wanted), 2, _MOST_PARTS).astype(np.int64)
 
 
-# Where a constraint leaks it is held at the leak and at both sides of it, in parts of the interval:
-# a leak that is held at one point only moves to the side.
+# Where a constraint is exceeded it is held there and at both sides, in parts of the interval: a
+# violation that is held at one point only moves to the side.
 _AROUND = np.array([-0.15, 0.0, 0.15])
 
 # of an interval: points closer than this are one
@@ -251,11 +251,11 @@ def next_phase(
     base, blocked = settled(solved, motion, known) if solved.movable else (solved, False)
     refined = _refined(last, index, demands, errors, base, crossed, blocked=blocked)
 
-    leaks = any(float(e.values.max()) > demands.accuracy.path for e in errors.excess)
+    exceeded = any(float(e.values.max()) > demands.accuracy.path for e in errors.excess)
     backed_off = any(values.any() for values in back_off.values())
     # what was found on a side of a kink that the motion has left is no answer
     off_sides = bool(errors.crossings.left.any())
-    changes = blocked or leaks or backed_off or off_sides or not equal_phases(refined, base)
+    changes = blocked or exceeded or backed_off or off_sides or not equal_phases(refined, base)
 
     # of the solved intervals, where the optimiser left them if none is gone
     same = base.intervals == solved.intervals
@@ -300,7 +300,7 @@ def _refined(
         start = freed_at(base, motion.fractions[1:-1][held])
         errors = replace(errors, gain=np.where(beside(held), 0.0, errors.gain))
     bracketed = with_brackets(start, jumps, demands.brackets_move, known)
-    near = NEAR if last.tight else NEAR_WHILE_ROUGH
+    near = NEAR if last.tight else NEAR_WHILE_LOOSE
     stops = with_crossings(bracketed or start, crossed, known, near)
     errors = _without_errors_at(errors, motion, stops.crossings.places[stops.moved])
 
@@ -353,7 +353,7 @@ def _extra_points(
     breakpoints: Array,
     refined: PhaseMesh,
 ) -> tuple[ExtraPoints, ...]:
-    """Old added points, carried over, and new ones wherever a constraint leaks.
+    """Old added points, carried over, and new ones wherever a constraint is exceeded.
 
     Parameters
     ----------
@@ -362,7 +362,7 @@ def _extra_points(
     jumping : sequence of bool
         Whether each constraint may jump at breakpoints, as its controls do.
     tolerance : float
-        Excess from which on a leak is closed.
+        Excess from which on a violation is removed.
     breakpoints : (N + 1,)
         Of the solved mesh.
     """
@@ -373,13 +373,13 @@ def _extra_points(
         fractions.setdefault(points.constraint, []).extend(places)
     for constraint, excess in enumerate(errors.excess):
         # a crowded interval is split instead
-        leaks = np.flatnonzero((excess.values > tolerance) & ~errors.crowded)
-        if leaks.size:
-            tau = np.clip(excess.tau[leaks][:, None] + _AROUND, 0.0, 1.0)
-            places = (breakpoints[leaks][:, None] + tau * width[leaks][:, None]).ravel()
+        exceeded = np.flatnonzero((excess.values > tolerance) & ~errors.crowded)
+        if exceeded.size:
+            tau = np.clip(excess.tau[exceeded][:, None] + _AROUND, 0.0, 1.0)
+            places = (breakpoints[exceeded][:, None] + tau * width[exceeded][:, None]).ravel()
             fractions.setdefault(constraint, []).extend(places)
         # the parts of an interval that is cut have no points of their own where they begin
-        cut = leaks[errors.coarse[leaks]]
+        cut = exceeded[errors.coarse[exceeded]]
         if jumping[constraint] and cut.size:
             holders = np.searchsorted(breakpoints, refined.breakpoints, side="right") - 1
             fractions[constraint].extend(refined.breakpoints[np.isin(holders, cut)])
@@ -405,12 +405,12 @@ def _points_at(constraint: int, fractions: Array, mesh: PhaseMesh) -> ExtraPoint
 def worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> list[Jump]:
     """Jumps whose place matters for the objective."""
     points = mesh.breakpoints
-    worth = []
+    found = []
     for jump in errors.jumps:
         around = (points[1:] > jump.first) & (points[:-1] < jump.last)
         if errors.switching[around].max(initial=0.0) >= 0.5 * tolerance:
-            worth.append(jump)
-    return worth
+            found.append(jump)
+    return found
 
 
 def _worthwhile_degree(last: SolvedMesh, index: int) -> int:
