@@ -228,16 +228,7 @@ def family(
         )
     settings, others = settings or Settings(), dict(constants or {})
     unchecked = replace(settings, verify=False)
-    # digits of the first one are lost with its mesh, if that may change
-    loose = settings.solver.loosened(LOOSE) if settings.refinement.adapts else settings.solver
-    first = solve(
-        problem,
-        settings=replace(unchecked, solver=loose),
-        guess=guess,
-        constants={**others, constant: places[0]},
-        progress=progress,
-        partial=False,
-    )
+    first = _first_solution(problem, unchecked, guess, {**others, constant: places[0]}, progress)
 
     def family_of(members: Sequence[Member]) -> Family:
         known = first.form, settings, first.form_evaluator
@@ -254,6 +245,25 @@ def family(
             except KeyboardInterrupt as stop:
                 raise walk.interrupted(value, members[-1].trajectory) from stop
     return family_of(members)
+
+
+def _first_solution(
+    problem: Problem,
+    settings: Settings,
+    guess: Solution | Trajectory | None,
+    constants: Mapping[Constant, float],
+    progress: Progress | bool | None,
+) -> Solution:
+    """The solution of the first member; digits are lost with its mesh, if that may change."""
+    adapts, solver = settings.refinement.adapts, settings.solver
+    return solve(
+        problem,
+        settings=replace(settings, solver=solver.loosened(LOOSE) if adapts else solver),
+        guess=guess,
+        constants=constants,
+        progress=progress,
+        partial=False,
+    )
 
 
 def _stopped(found: Family, value: float, error: SolveFailed) -> FamilyStopped:

@@ -115,46 +115,65 @@ def homotopy(
     if not 0 < least_step <= 1:
         raise StatementError(f"the least step of a homotopy is {least_step!r}; give 0 < step <= 1")
 
-    settings = settings or Settings()
-    options = SolveOptions(settings, constants or {}, progress)
+    options = SolveOptions(settings or Settings(), constants or {}, progress)
     last = guess or options.solved(problem, verify=False)
     solutions, steps = list[Solution](), list[Step]()
     for target in targets:
-        first = float(last.trajectory.constants[constant.name])
-        reached, step = 0.0, 1.0  # fractions of the way
-        while reached < 1.0:
-            fraction = min(reached + step, 1.0)
-            value = target if fraction == 1.0 else first + fraction * (target - first)
-            solved = partial(
-                options.solved,
-                problem,
-                constants={constant: value},
-                verify=settings.verify and fraction == 1.0,
-            )
-            try:
-                found = solved(guess=last)
-                # beyond a bifurcation a saddle may follow on a minimum
-                if fraction == 1.0 and (lower := lower_beside(found.kept_iterate, found.evaluator)):
-                    found = solved(guess=lower.trajectory)
-            except Unverified:
-                # shorter steps lead to the same answer
-                raise
-            except SolveFailed as error:
-                steps.append(Step(value, False))
-                step = _SHRINKING * (fraction - reached)
-                if step < least_step:
-                    at, unit = first + reached * (target - first), constant.unit
-                    raise HomotopyStopped(
-                        f"the homotopy in '{constant.name}' stopped at {at:.6g} {unit} on the way "
-                        f"to {target:.6g} {unit}: steps of {least_step:.2g} of the way still fail "
-                        f"({error}); take this value, allow shorter steps (least_step) or change "
-                        "another constant first",
-                        at,
-                        last,
-                        tuple(steps),
-                    ) from error
-                continue
-            steps.append(Step(value, True))
-            last, step, reached = found, _GROWTH * (fraction - reached), fraction
+        last = _at_target(_Way(options, problem, constant, least_step), last, target, steps)
         solutions.append(last)
     return Homotopy(tuple(solutions), tuple(steps))
+
+
+class _Way(NamedTuple):
+    """What stays the same on the way of a homotopy."""
+
+    options: SolveOptions
+    problem: Problem
+    constant: Constant
+    least_step: float
+
+    def solved(self, value: float, last: Solution, *, final: bool) -> Solution:
+        """The solution at a value of the constant, from another one; replayed if it is final."""
+        solved = partial(
+            self.options.solved,
+            self.problem,
+            constants={self.constant: value},
+            verify=self.options.settings.verify and final,
+        )
+        found = solved(guess=last)
+        # beyond a bifurcation a saddle may follow on a minimum
+        if final and (lower := lower_beside(found.kept_iterate, found.evaluator)):
+            found = solved(guess=lower.trajectory)
+        return found
+
+
+def _at_target(way: _Way, last: Solution, target: float, steps: list[Step]) -> Solution:
+    """The solution at a value of the constant, by steps from another one, which are noted."""
+    first = float(last.trajectory.constants[way.constant.name])
+    reached, step = 0.0, 1.0  # fractions of the way
+    while reached < 1.0:
+        fraction = min(reached + step, 1.0)
+        value = target if fraction == 1.0 else first + fraction * (target - first)
+        try:
+            found = way.solved(value, last, final=fraction == 1.0)
+        except Unverified:
+            # shorter steps lead to the same answer
+            raise
+        except SolveFailed as error:
+            steps.append(Step(value, False))
+            step = _SHRINKING * (fraction - reached)
+            if step < way.least_step:
+                at, unit = first + reached * (target - first), way.constant.unit
+                raise HomotopyStopped(
+                    f"the homotopy in '{way.constant.name}' stopped at {at:.6g} {unit} on the way "
+                    f"to {target:.6g} {unit}: steps of {way.least_step:.2g} of the way still fail "
+                    f"({error}); take this value, allow shorter steps (least_step) or change "
+                    "another constant first",
+                    at,
+                    last,
+                    tuple(steps),
+                ) from error
+            continue
+        steps.append(Step(value, True))
+        last, step, reached = found, _GROWTH * (fraction - reached), fraction
+    return last
