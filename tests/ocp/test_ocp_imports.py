@@ -1,8 +1,10 @@
-"""What an import and a solve load, and how many threads of a processor they take."""
+"""What tools read of the package, what an import and a solve load, and how many threads."""
 
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -120,3 +122,22 @@ def test_a_solve_uses_one_processor_and_numpy_as_many_as_before(asked, threads):
         check=True,
     )
     assert done.stdout.split() == threads.split()
+
+
+def stated_version():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+
+
+def test_the_version_is_that_of_the_project():
+    assert ocp.__version__ == stated_version()
+
+
+def test_the_citation_names_the_same_version():
+    (line,) = re.findall(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    assert line == stated_version()
+
+
+def test_type_checkers_are_told_that_the_package_is_typed():
+    assert (Path(ocp.__file__).parent / "py.typed").exists()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert "py.typed" in project["tool"]["setuptools"]["package-data"]["ocp"]

@@ -1,6 +1,9 @@
-"""The least Hamiltonian among all controls, where it has more than one valley."""
+"""Other controls than a motion's own: which are tried, and what they would gain."""
 
 from __future__ import annotations
+
+import math
+import re
 
 import casadi as ca
 import numpy as np
@@ -9,12 +12,15 @@ from scipy.integrate import solve_ivp
 
 from ocp import (
     TIME,
+    Algebraic,
+    Between,
     Bound,
     Control,
     Phase,
     Problem,
     State,
     StatementWarning,
+    certify,
     solve,
 )
 from ocp.diagnostics.other_controls import other_controls
@@ -139,3 +145,160 @@ def test_within_a_circle_of_controls_nothing_is_tried() -> None:
     # what is allowed of a ring is no convex set, and neither is what lies outside of a circle
     assert is_tried(0.1, 1.0)
     assert is_tried(-np.inf, -0.5, -1.0)
+
+
+ENGINE, BATTERY = Control("engine", lower=0, upper=2), Control("battery", lower=-1.6, upper=1.6)
+
+# an engine that is best at none or full of its power
+FUEL = ENGINE + 0.45 * ca.sin(ca.pi * ENGINE) ** 2 + 0.3 * ca.sin(ca.pi * ENGINE / 2) ** 2
+
+
+def driven(demand, battery, **states):
+    """A drive that begins with the engine at half its power, and ends with a battery as full."""
+    rates, initial = states.get("rates", {}), states.get("initial", {})
+    phase = Phase(
+        "drive",
+        {x: -battery.symbol, **rates},
+        initial={x: 0, **initial},
+        final={x: 0},
+        end=1.0,
+        bounds=[demand],
+        guess={x: (0, 0), ENGINE: 1, battery: 0, **initial},
+    )
+    cost = phase.integral(FUEL + 0.1 * battery.symbol**2)
+    return solve(Problem("split", phase, minimise=cost))
+
+
+def told(found):
+    """What a certificate says of other controls."""
+    return check_of(found, "other controls")
+
+
+def test_controls_that_share_a_demand_are_tried_together():
+    found = driven(
+        Bound("demand", ENGINE + BATTERY - 1 - 0.5 * ca.sin(6 * TIME.symbol), lower=0, upper=0),
+        BATTERY,
+    )
+    assert found.objective == pytest.approx(1.316, rel=1e-3)  # and 1.05 by turns
+    assert not told(found).passed
+
+
+SPEED, ALGEBRAIC = State("speed"), Algebraic("battery", lower=-1.6, upper=1.6)
+LACKING = ENGINE + BATTERY - 0.5 * SPEED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("demand", "battery", "states"),
+    [
+        (Bound("demand", ENGINE + BATTERY, lower=1), BATTERY, {}),
+        (Bound("demand", ENGINE + ALGEBRAIC, lower=1, upper=1), ALGEBRAIC, {}),
+        (
+            Bound("demand", LACKING, lower=0, upper=0),
+            BATTERY,
+            {"rates": {SPEED: LACKING}, "initial": {SPEED: 2}},
+        ),
+    ],
+    ids=["may be exceeded", "an algebraic signal changes with the controls", "depends on a state"],
+)
+def test_a_demand_is_kept(demand, battery, states):
+    found = driven(demand, battery, **states)
+    assert found.objective == pytest.approx(1.3, rel=1e-3)  # and 1.1 by turns
+    assert not told(found).passed
+
+
+def test_a_limit_with_a_gap_is_crossed():
+    """|u| >= 1: all is linear but the limit, and a guess is on its wrong side."""
+    u = Control("u", lower=-2, upper=2)
+    gap = Bound("on", u**2, lower=1)
+    phase = Phase("go", {x: u}, initial={x: 3}, end=1.0, bounds=[gap], guess={x: (3, 4), u: 1})
+    found = solve(Problem("gap", phase, minimise=phase.integral(x)))
+    assert found.objective == pytest.approx(3.5, rel=1e-6)  # and 2 with u = -2
+    check = told(found)
+    assert "u = -2 instead of 1" in check.sentence
+    assert not check.passed
+
+
+@pytest.mark.slow
+def test_a_cost_above_a_curve_of_the_control_follows_it_into_other_valleys():
+    """The curve has a valley of 0.397 where the guess is, and one of nothing at 1."""
+    u, cost = Control("u", lower=-2, upper=3), Control("cost", lower=0, upper=20)
+    curve = Bound("curve", cost - (u**2 - 1) ** 2 - 0.2 * (1 - u), lower=0)
+    guess = {u: -1, cost: 1, x: (0, -1)}
+    phase = Phase("go", {x: u}, initial={x: 0}, end=1.0, bounds=[curve], guess=guess)
+    found = solve(Problem("curve", phase, minimise=phase.integral(cost + 1e-9 * x)))
+    assert found.objective == pytest.approx(0.397434, rel=1e-5)
+    check = told(found)
+    assert re.search(r"u = (1|0\.99\d) instead of -0\.974, cost = ", check.sentence)
+    assert not check.passed
+
+
+@pytest.mark.parametrize(
+    ("guessed", "best"), [(-1.0, False), pytest.param(1.0, True, marks=pytest.mark.slow)]
+)
+def test_a_curve_that_depends_on_a_state_has_valleys_too(guessed, best):
+    u, cost = Control("u", lower=-2, upper=3), Control("cost", lower=0, upper=20)
+    curve = Bound("curve", cost - (u**2 - 1) ** 2 - 0.2 * (1 - u) - 0.1 * x, lower=0)
+    guess = {u: guessed, cost: 1, x: (0, guessed)}
+    phase = Phase("go", {x: u}, initial={x: 0}, end=1.0, bounds=[curve], guess=guess)
+    found = solve(Problem("curve", phase, minimise=phase.integral(cost + 1e-3 * x**2)))
+    assert (found.objective < 0.1) == best
+    assert told(found).passed == best
+    assert certify(found).passed == best
+
+
+def test_in_a_disc_nothing_better_is_found():
+    """A push of one size in any direction: the Hamiltonian is linear, and the limit is convex."""
+    y, a, b = State("y"), Control("a"), Control("b")
+    disc = Bound("disc", a**2 + b**2, upper=1)
+    rates, ends = {x: a + 0.5 * y, y: b}, {x: 2, y: 1}
+    phase = Phase("go", rates, {x: 0, y: 0}, ends, end=Between(0.5, 9), bounds=[disc])
+    found = solve(Problem("ferry", phase, minimise=phase.duration))
+    assert certify(found).passed
+
+
+def test_controls_that_a_constraint_forbids_are_none():
+    throttle = Control("throttle", lower=-2, upper=2)
+    forward = Phase(
+        "go",
+        {x: 1 - (throttle**2 - 1) ** 2 + 0.3 * throttle * x},
+        initial={x: -1},
+        end=2.0,
+        bounds=[throttle * (1 + 0.1 * throttle**2) >= 0],
+    )
+    assert told(solve(Problem("forward", forward, maximise=forward.at_end(x)))).passed
+
+
+def test_a_valley_narrower_than_the_steps_between_what_is_tried_is_found():
+    """A lagrangian with two valleys of width 0.1, the second one deeper by 0.2."""
+    place, control = State("x", lower=-2, upper=2), Control("u", lower=-1.7, upper=1.7)
+    guess = {place: (0, 1), control: 1.0}
+    phase = Phase("go", {place: control}, initial={place: 0}, end=1.0, guess=guess)
+    cost = phase.integral(40 * (control**2 - 1) ** 2 + 0.1 * control)
+    found = solve(Problem("narrow", phase, minimise=cost))
+    assert found.objective == pytest.approx(0.1, rel=1e-3)
+    check = told(found)
+    assert re.search(r"u = -1(\.00\d)? instead of 0\.99", check.sentence)
+    assert check.value == pytest.approx(2.0, rel=1e-2)
+
+
+def wide(limit, guess):
+    """Valleys at 1 and, deeper by 0.6, at -1: 33 values between the limits may miss both."""
+    control = Control("u", lower=-limit, upper=limit)
+    go = Phase("go", {x: control}, {x: 0}, end=1.0, guess={control: guess})
+    cost = (control**2 - 1) ** 2 + 0.3 * control + 1e-3 * x
+    return solve(Problem("wide", go, minimise=go.integral(cost)))
+
+
+@pytest.mark.parametrize("limit", [math.inf, 30.0, 1e3, 1e6])
+def test_limits_far_wider_than_the_motion_hide_no_valley(limit):
+    found = wide(limit, guess=1.0)
+    assert found.objective == pytest.approx(0.294, abs=1e-2)
+    check = told(found)
+    assert "u = -1.0" in check.sentence
+    assert check.value > 1.0
+
+
+@pytest.mark.parametrize("limit", [math.inf, 1e3, 1e6])
+def test_wide_limits_do_not_refuse_the_deeper_valley(limit):
+    assert told(wide(limit, guess=-1.0)).passed
