@@ -117,15 +117,16 @@ def homotopy(
 
     options = SolveOptions(settings or Settings(), constants or {}, progress)
     last = guess or options.solved(problem, verify=False)
+    solver = _HomotopySolver(options, problem, constant, least_step)
     solutions, steps = list[Solution](), list[Step]()
     for target in targets:
-        last = _at_target(_Way(options, problem, constant, least_step), last, target, steps)
+        last = _at_target(solver, last, target, steps)
         solutions.append(last)
     return Homotopy(tuple(solutions), tuple(steps))
 
 
-class _Way(NamedTuple):
-    """What stays the same on the way of a homotopy."""
+class _HomotopySolver(NamedTuple):
+    """Solves a problem at values of a constant; what stays the same on the way."""
 
     options: SolveOptions
     problem: Problem
@@ -147,27 +148,29 @@ class _Way(NamedTuple):
         return found
 
 
-def _at_target(way: _Way, last: Solution, target: float, steps: list[Step]) -> Solution:
+def _at_target(
+    solver: _HomotopySolver, last: Solution, target: float, steps: list[Step]
+) -> Solution:
     """The solution at a value of the constant, by steps from another one, which are noted."""
-    first = float(last.trajectory.constants[way.constant.name])
+    first = float(last.trajectory.constants[solver.constant.name])
     reached, step = 0.0, 1.0  # fractions of the way
     while reached < 1.0:
         fraction = min(reached + step, 1.0)
         value = target if fraction == 1.0 else first + fraction * (target - first)
         try:
-            found = way.solved(value, last, final=fraction == 1.0)
+            found = solver.solved(value, last, final=fraction == 1.0)
         except Unverified:
             # shorter steps lead to the same answer
             raise
         except SolveFailed as error:
             steps.append(Step(value, False))
             step = _SHRINKING * (fraction - reached)
-            if step < way.least_step:
-                at, unit = first + reached * (target - first), way.constant.unit
+            if step < solver.least_step:
+                at, named = first + reached * (target - first), solver.constant
                 raise HomotopyStopped(
-                    f"the homotopy in '{way.constant.name}' stopped at {at:.6g} {unit} on the way "
-                    f"to {target:.6g} {unit}: steps of {way.least_step:.2g} of the way still fail "
-                    f"({error}); take this value, allow shorter steps (least_step) or change "
+                    f"the homotopy in '{named.name}' stopped at {at:.6g} {named.unit} on the way to "
+                    f"{target:.6g} {named.unit}: steps of {solver.least_step:.2g} of the way still "
+                    f"fail ({error}); take this value, allow shorter steps (least_step) or change "
                     "another constant first",
                     at,
                     last,
