@@ -168,9 +168,9 @@ def _at_target(
             if step < solver.least_step:
                 at, named = first + reached * (target - first), solver.constant
                 raise HomotopyStopped(
-                    f"the homotopy in '{named.name}' stopped at {at:.6g} {named.unit} on the way to "
-                    f"{target:.6g} {named.unit}: steps of {solver.least_step:.2g} of the way still "
-                    f"fail ({error}); take this value, allow shorter steps (least_step) or change "
+                    f"the homotopy in '{named.name}' stopped at {at:.6g} {named.unit} on the way "
+                    f"to {target:.6g} {named.unit}: steps of {solver.least_step:.2g} of the way "
+                    f"still fail ({error}); take this value, allow shorter steps (least_step) or change "
                     "another constant first",
                     at,
                     last,
