@@ -170,8 +170,8 @@ def _at_target(
                 raise HomotopyStopped(
                     f"the homotopy in '{named.name}' stopped at {at:.6g} {named.unit} on the way "
                     f"to {target:.6g} {named.unit}: steps of {solver.least_step:.2g} of the way "
-                    f"still fail ({error}); take this value, allow shorter steps (least_step) or change "
-                    "another constant first",
+                    f"still fail ({error}); take this value, allow shorter steps (least_step) or "
+                    "change another constant first",
                     at,
                     last,
                     tuple(steps),
