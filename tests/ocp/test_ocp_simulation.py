@@ -206,12 +206,8 @@ def test_a_replay_goes_through_all_phases():
     x, v, u = State("x"), State("v"), Control("u")
     first = Phase("first", {x: v, v: u - x**3}, initial={x: 0, v: 0}, end=1)
     second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=1, end=2)
-    problem = Problem(
-        "two",
-        [first, second],
-        minimise=first.integral(u**2) + second.integral(u**2),
-        links=joined(first, second),
-    )
+    cost, links = first.integral(u**2) + second.integral(u**2), joined(first, second)
+    problem = Problem("two", [first, second], minimise=cost, links=links)
     found = solve(problem)
     first_phase, second_phase = found.trajectory.phases
     # the first phase says it ends where it does not
@@ -314,24 +310,12 @@ def test_kinetics_of_a_day_that_begin_within_a_millisecond():
     # H. H. Robertson 1966; Hairer and Wanner, Solving Ordinary Differential Equations II, IV.1
     a, b, c = State("a"), State("b", scale=4e-5), State("c")
     slow, back, fast = 0.04 * a, 1e4 * b * c, 3e7 * b**2
-    phase = Phase(
-        "reaction",
-        {a: back - slow, b: slow - back - fast, c: fast},
-        {a: 1, b: 0, c: 0},
-        end=1e5,
-    )
+    rates = {a: back - slow, b: slow - back - fast, c: fast}
+    phase = Phase("reaction", rates, {a: 1, b: 0, c: 0}, end=END)
     found = solve(Problem("Robertson", [phase], minimise=phase.at_end(c)))
 
-    def rates(_, values):
-        a, b, c = values
-        return [
-            1e4 * b * c - 0.04 * a,
-            0.04 * a - 1e4 * b * c - 3e7 * b**2,
-            3e7 * b**2,
-        ]
-
-    by_scipy = solve_ivp(rates, (0, 1e5), [1, 0, 0], method="Radau", rtol=1e-10, atol=1e-15)
-    assert found.sample(c, 1e5) == pytest.approx(by_scipy.y[2, -1], rel=1e-6)
+    by_scipy = solve_ivp(kinetics, (0, END), [1, 0, 0], method="Radau", rtol=1e-10, atol=1e-15)
+    assert found.sample(c, END) == pytest.approx(by_scipy.y[2, -1], rel=1e-6)
     assert np.diff(found.mesh.phases[0].breakpoints)[0] < 1e-7
 
 

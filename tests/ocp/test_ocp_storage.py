@@ -172,18 +172,26 @@ def test_pickling_is_answered_with_what_to_write(found):
         pickle.dumps(found)
 
 
-def changed(found, path, change):
-    """A file of a solution whose text is changed."""
+def rewritten(found, path, change):
+    """A file of a solution, some members of which are replaced by what is made of them."""
     save(found, path)
     with zipfile.ZipFile(path) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
-    text = json.loads(members["solution.json"])
-    change(text)
-    members["solution.json"] = json.dumps(text).encode()
     with zipfile.ZipFile(path, "w") as archive:
-        for name, data in members.items():
+        for name, data in (members | change(members)).items():
             archive.writestr(name, data)
     return path
+
+
+def changed(found, path, change):
+    """A file of a solution whose text is changed."""
+
+    def with_change(members):
+        text = json.loads(members["solution.json"])
+        change(text)
+        return {"solution.json": json.dumps(text).encode()}
+
+    return rewritten(found, path, with_change)
 
 
 def of_class(text, name):
@@ -212,13 +220,9 @@ def test_other_files_are_refused(found, tmp_path):
 def test_a_path_that_leads_nowhere_is_named(found, tmp_path):
     nowhere = tmp_path / "nowhere" / "trip.ocp"
     cannot = rf"'{nowhere}' cannot be (read|written) \(No such file or directory\); give "
-    for reach in (
-        lambda: load(nowhere),
-        lambda: save(found, nowhere),
-        lambda: found.to_csv(nowhere),
-    ):
+    for use, *arguments in ((load,), (save, found), (found.to_csv,)):
         with pytest.raises(FileError, match=cannot):
-            reach()
+            use(*arguments, nowhere)
     with pytest.raises(FileError, match=r"cannot be read \(Is a directory\); give the path of a"):
         load(tmp_path)
 
@@ -266,14 +270,9 @@ def test_changed_files_are_refused(found, tmp_path, change, message):
 
 
 def test_python_objects_among_the_arrays_are_not_read(found, tmp_path):
-    path = changed(found, tmp_path / "trap", lambda text: None)
     stream = io.BytesIO()
     np.lib.format.write_array(stream, np.array([Trap()], dtype=object), allow_pickle=True)
-    with zipfile.ZipFile(path) as archive:
-        members = {name: archive.read(name) for name in archive.namelist()}
-    with zipfile.ZipFile(path, "w") as archive:
-        for name, data in (members | {"0.npy": stream.getvalue()}).items():
-            archive.writestr(name, data)
+    path = rewritten(found, tmp_path / "trap", lambda _: {"0.npy": stream.getvalue()})
     with pytest.raises(ValueError, match=r"damaged.*Object arrays cannot be loaded"):
         load(path)
 
@@ -285,9 +284,6 @@ def test_unknown_names_list_the_known_ones(found):
 
 def test_a_problem_with_tables_takes_the_same_steps_here_and_where_it_is_read():
     problem = tabulated(two_phases())
-    here, there = (solve(p, settings=Settings(intervals=5)) for p in (problem, read_again(problem)))
+    read = unpacked(packed(problem))
+    here, there = (solve(each, settings=Settings(intervals=5)) for each in (problem, read))
     assert (here.objective, here.iterations) == (there.objective, there.iterations)
-
-
-def read_again(problem):
-    return unpacked(packed(problem))

@@ -170,10 +170,20 @@ def test_a_line_between_like_levels_holds_no_jump() -> None:
     assert [jump.at for jump in control_jumps(motion(levels))] == pytest.approx([0.8])
 
 
-def test_the_error_of_a_line_is_that_of_its_interpolation() -> None:
-    # between the ends of an interval of length h the line is h^2 / 8 u'' off at most
-    found = control_errors(fitted(lambda s: s**2, 10, 2), uniform(10, 4))
-    np.testing.assert_allclose(found, 0.1**2 / 4, rtol=1e-12)
+CONTROL_ERRORS = {
+    # between the ends of an interval of length h it is h^2 / 8 u'' off at most
+    "a line": (fitted(lambda s: s**2, 10, 2), np.full(10, 0.1**2 / 4)),
+    # a ramp is off by h / 4 of its slope on average; the samples span 0.9 of the range
+    "a level": (fitted(lambda s: s, 10, 1), np.full(10, 0.1 / 4 / 0.9)),
+    # beside a jump there is none, between two levels there is one
+    "a jump": (motion([[1.0], [1.0], [0.2], [-1.0], [-1.0]]), [0, 0, 0.8 / 4 / 2, 0, 0]),
+}
+
+
+@pytest.mark.parametrize(("control", "expected"), CONTROL_ERRORS.values(), ids=CONTROL_ERRORS)
+def test_the_error_of_a_control(control, expected) -> None:
+    found = control_errors(control, uniform(control.intervals, 4))
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize(("count", "power"), [(1, 1), (2, 2)])
@@ -193,24 +203,12 @@ def test_a_movable_breakpoint_without_a_jump_hides_no_error() -> None:
     )
 
 
-def test_the_error_of_a_level_is_its_mean_error() -> None:
-    # a ramp is off by h / 4 of its slope on average; the samples span 0.9 of the range
-    found = control_errors(fitted(lambda s: s, 10, 1), uniform(10, 4))
-    np.testing.assert_allclose(found, 0.1 / 4 / 0.9, rtol=1e-12)
-
-
 def test_the_error_of_a_polynomial_is_its_last_legendre_coefficient() -> None:
     # 2 + P_3 on one interval; its range is taken at the collocation points
     legendre = np.polynomial.legendre.Legendre([2.0, 0.0, 0.0, 1.0], domain=[0, 1])
     control = fitted(legendre, 1, 4)
     size = np.ptp(control_samples(control, "u")[1])
     np.testing.assert_allclose(control_errors(control, uniform(1, 4)), 1.0 / size, rtol=1e-12)
-
-
-def test_a_level_beside_a_jump_is_no_error_but_one_between_two_levels_is() -> None:
-    levels = np.array([1.0, 1.0, 0.2, -1.0, -1.0])[:, None]
-    found = control_errors(motion(levels), uniform(5, 4))
-    np.testing.assert_allclose(found[:, 0], [0, 0, 0.8 / 4 / 2, 0, 0], atol=1e-15)
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])
