@@ -251,6 +251,8 @@ MISUSES = [
     # symbols as if they were numbers
     (r"'0<position' is neither true .*ca.if_else.* of if$", lambda: 1 if x > 0 else 2),
     (r"neither true nor false", lambda: max(x, v)),
+    (r"neither true nor false.*one by one.*ca.if_else", lambda: -1 <= x <= 1),
+    (r"neither true nor false.*one by one.*ca.if_else", lambda: x == 1 and v == 2),
     (r"ca.if_else\(.*\) instead of np.where$", lambda: np.where(x > 0, 1, 2)),
     (r"'position' is a symbol and no number; write ca.sin", lambda: math.sin(x)),
     (r"'k' is a symbol .*solution.value", lambda: float(Unknown("k"))),
