@@ -86,30 +86,21 @@ def test_a_limit_that_the_start_lies_on_does_not_hide_the_peak():
     def farthest(tension):
         """Where it comes to rest under a constant tension, by SciPy."""
 
-        def stops(t, state):
-            return state[1] + (t < 0.2)
+        def moving(t, y):
+            return [y[1], rate_of(*y, tension)]
+
+        def stops(t, y):
+            return y[1] + (t < 0.2)
 
         stops.terminal = True
-        motion = solve_ivp(
-            lambda t, y: [y[1], rate_of(*y, tension)],
-            (0, 60),
-            [0, 0],
-            events=stops,
-            rtol=1e-11,
-            atol=1e-12,
-        )
-        return motion.y[0, -1]
+        tolerances = {"rtol": 1e-11, "atol": 1e-12}
+        return solve_ivp(moving, (0, 60), [0, 0], events=stops, **tolerances).y[0, -1]
 
     least = brentq(lambda tension: farthest(tension) - np.pi / 2, 30, 44)
     q, w = State("angle", "rad", lower=0), State("rate", "rad/s", lower=0)
     rope = Control("rope", "N", lower=0, upper=40)
-    panel = Phase(
-        "open",
-        {q: w, w: rate_of(q, w, rope)},
-        initial={q: 0, w: 0},
-        final={q: np.pi / 2, w: (0, 0.05)},
-        end=30.0,
-    )
+    rates, ends = {q: w, w: rate_of(q, w, rope)}, ({q: 0, w: 0}, {q: np.pi / 2, w: (0, 0.05)})
+    panel = Phase("open", rates, *ends, end=30.0)
     found = certified(Problem("panel", panel, minimise=panel.peak(rope)), least, 1e-7)
     assert found.mesh_iterations[-1].intervals < 100
 
@@ -119,18 +110,10 @@ number = st.floats(-2.0, 2.0).filter(lambda value: abs(value) > 1e-2)
 size = st.integers(0, 2000).map(lambda thousandths: thousandths / 1000)
 
 
-def most(slope, down, up, rows, slack):
-    """The most of -slope . step with rows . step <= slack, by SciPy."""
-    found = linprog(slope, A_ub=rows, b_ub=slack, bounds=list(zip(-down, up, strict=True)))
-    assert found.success
-    return -found.fun
-
-
-@settings(max_examples=150, deadline=None)
-@given(st.tuples(*[number] * 6), st.tuples(*[size] * 6))
-def test_two_controls_of_two_limits_gain_what_a_linear_program_gives(numbers, sizes):
-    slope, rows = np.array(numbers[:2]), np.array(numbers[2:]).reshape(2, 2)
-    down, up, slack = np.array(sizes[:2]), np.array(sizes[2:4]), np.array(sizes[4:])
+def gains(count, numbers, sizes):
+    """What controls gain at most that share limits, as it is bounded and by SciPy."""
+    slope, rows = np.array(numbers[:count]), np.array(numbers[count:]).reshape(count, count)
+    down, up, slack = np.array(sizes).reshape(3, count)
     limits = [
         SharedLimit(row[None], np.array([np.inf]), np.array([limit]))
         for row, limit in zip(rows, slack, strict=True)
@@ -138,22 +121,25 @@ def test_two_controls_of_two_limits_gain_what_a_linear_program_gives(numbers, si
     bound = traded_gain(slope[None], (down[None], up[None]), limits)[0]
     # where a limit does not act, the controls' own room is what bounds the gain
     alone = float(np.abs(slope) @ np.where(slope > 0, down, up))
-    exact = most(slope, down, up, rows, slack)
-    assert min(bound, alone) == pytest.approx(exact, rel=1e-8, abs=1e-8)
+
+    # the most of -slope . step with rows . step <= slack
+    found = linprog(slope, A_ub=rows, b_ub=slack, bounds=list(zip(-down, up, strict=True)))
+    assert found.success
+    return min(bound, alone), -found.fun
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.tuples(*[number] * 6), st.tuples(*[size] * 6))
+def test_two_controls_of_two_limits_gain_what_a_linear_program_gives(numbers, sizes):
+    bound, exact = gains(2, numbers, sizes)
+    assert bound == pytest.approx(exact, rel=1e-8, abs=1e-8)
 
 
 @settings(max_examples=100, deadline=None)
-@given(st.tuples(*[number] * 15), st.tuples(*[size] * 9))
+@given(st.tuples(*[number] * 12), st.tuples(*[size] * 9))
 def test_three_limits_of_three_controls_gain_no_more(numbers, sizes):
-    slope, rows = np.array(numbers[:3]), np.array(numbers[3:12]).reshape(3, 3)
-    down, up, slack = (np.array(sizes[k : k + 3]) for k in (0, 3, 6))
-    limits = [
-        SharedLimit(row[None], np.array([np.inf]), np.array([limit]))
-        for row, limit in zip(rows, slack, strict=True)
-    ]
-    bound = traded_gain(slope[None], (down[None], up[None]), limits)[0]
-    alone = float(np.abs(slope) @ np.where(slope > 0, down, up))
-    assert min(bound, alone) >= most(slope, down, up, rows, slack) - 1e-8
+    bound, exact = gains(3, numbers, sizes)
+    assert bound >= exact - 1e-8
 
 
 def test_controls_are_grouped_by_the_limits_that_they_share():
