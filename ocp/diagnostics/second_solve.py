@@ -115,10 +115,7 @@ def confirm(
     end = clock.perf_counter() + seconds
     iterate, say = answer.iterate, progress or (lambda text: None)
     program = _program(iterate)
-
-    # a motion that costs nothing has no scale of its own
-    scale = (iterate if iterate.costs_nothing else program).scales.objective
-    size = max(abs(iterate.objective), LEAST_OF_A_SCALE * scale)
+    size = max(abs(iterate.objective), LEAST_OF_A_SCALE * program.scales.objective)
     gap = _ABOVE * answer.allowed.gain * size / program.scales.objective
     chosen = (solver or Ipopt()).within_gap(gap)
 

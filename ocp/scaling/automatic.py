@@ -38,6 +38,7 @@ from ocp.scaling.symbol_sizes import (
     Probe,
     SizeSources,
     boundary_variation,
+    largest_finite,
     signal_sizes,
     size_or_one,
     unknown_sizes,
@@ -69,19 +70,46 @@ def scales_of(
 def _negligible_guesses(sources: SizeSources, scales: Scales) -> Set[str]:
     """Signals and unknowns of which the guess says next to nothing, and that move nothing by it.
 
-    Rates of states that are such themselves do not count, and neither does the objective: all of it
-    may be as tiny as a guess.
+    A rate counts if its state moves something, and the objective does not: all of it may be as tiny
+    as a guess.
     """
     problem, parameters = sources.problem, sources.parameters
     guessed = {n for n, _, why in scales.symbols_with_reasons if why in (GUESS, GUESSED_NUMBER)}
     without = replace(sources, without_guess=guessed)
     other_sizes = signal_sizes(without)[0] | unknown_sizes(without)[0]
     tiny = {name for name in guessed if scales.symbols[name] < NOTHING * other_sizes[name]}
-    for phase in problem.phases if tiny else ():
+    if not tiny:
+        return tiny
+
+    # what bounds and links of the whole motion move with, next to their limits
+    sizes, limits = (scales.functionals, scales.unknowns), parameters.bound_limits
+    numbers = {
+        symbol
+        for own in problem.boundary_constraints
+        for symbol in boundary_variation(own.expression, own.symbols, *sizes, parameters).moving(
+            largest_finite(limits["", own.name])
+        )
+    }
+    tiny -= {symbol.name for symbol in numbers}
+    pieces = [part for own in numbers if isinstance(own, Functional) for part in own.pieces]
+
+    # bounds in phases, and rates next to those that their states need
+    rates: list[tuple[str, set[str]]] = []
+    for phase in problem.phases:
         probe = Probe(problem, phase, sources.guess, scales.symbols, parameters)
-        rows = [rate for state, rate in phase.dynamics.items() if state.name not in tiny]
-        for expression in (*rows, *(bound.expression for bound in phase.bounds)):
-            tiny -= {symbol.name for symbol in probe.variation(expression).moving()}
+
+        def moving(expression: ca.SX, size: float, probe: Probe = probe) -> set[str]:
+            return {symbol.name for symbol in probe.variation(expression).moving(size)}
+
+        for bound in phase.bounds:
+            tiny -= moving(bound.expression, largest_finite(limits[phase.name, bound.name]))
+        for name, piece in pieces:
+            tiny -= moving(piece, 0.0) if name == phase.name else set()
+        for state, rate in phase.dynamics.items():
+            own = scales.signals[state.name] / probe.duration if probe.duration > 0 else 0.0
+            rates.append((state.name, moving(rate, own)))
+    for _ in rates:
+        tiny -= {name for state, names in rates if state not in tiny for name in names}
     return tiny
 
 

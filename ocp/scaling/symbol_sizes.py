@@ -79,9 +79,9 @@ class Variation:
             (self.value, "value at the guess") if self.value > _A_VALUE * move else (move, reason)
         )
 
-    def moving(self) -> set[Symbol]:
-        """What moves the expression by more than next to nothing of its size."""
-        least = NOTHING * max(self.value, largest_finite(self.moves))
+    def moving(self, size: float = 0.0) -> set[Symbol]:
+        """What moves the expression by more than next to nothing of its size, or of a given one."""
+        least = NOTHING * max(self.value, largest_finite(self.moves), size)
         pairs = zip(self.symbols, self.moves, strict=True)
         return {symbol for symbol, move in pairs if move > least}
 

@@ -200,7 +200,6 @@ def test_no_fuel_at_all():
     rest = Phase("rest", phase.dynamics, phase.initial, phase.initial, end=3.0, bounds=phase.bounds)
     found = solve(Problem("nothing", rest, minimise=rest.integral(size)), settings=COARSE)
     assert found.objective == pytest.approx(0.0, abs=1e-7)
-    assert certify(found).passed
 
 
 @pytest.mark.slow
