@@ -343,13 +343,13 @@ def test_a_control_or_an_objective_of_a_stated_size_that_is_too_large(control, o
 
 
 def test_a_too_large_state_that_only_the_objective_asks_to_move():
-    """It stays where it begins, as all slopes are nothing: 1 was certified for 0.411."""
+    """It hardly leaves where it begins, as slopes are next to nothing: 0.000411 is least."""
     x, u = State("x", scale=1e6), Control("u")
     move = Phase("move", {x: u - x}, {x: 0}, end=1.0)
     found = solve(
         Problem("aimed", move, minimise=move.integral(u**2) + 1e-3 * (move.at_end(x) - 1) ** 4)
     )
-    assert found.objective == pytest.approx(1e-3)
+    assert found.objective == pytest.approx(1e-3, rel=1e-2)
     assert not certify(found).passed
 
 
