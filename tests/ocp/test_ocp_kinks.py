@@ -1,7 +1,5 @@
 """Kinks: where an optimum rests on them, where a motion crosses them, and what is said of them."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -356,10 +354,9 @@ def test_a_state_that_sums_up_a_kink_is_told_to_be_an_integral():
     rates = {x: v, v: u, energy: ca.fmax(0, u * v)}
     ends = {x: 0, v: 0, energy: 0}, {x: 1, v: 0}
     phase = Phase("move", rates, *ends, end=3.0)
+    short = Settings(solver=Ipopt(max_iterations=20))
     with pytest.raises(SolveFailed, match="state it as an integral of phase 'move'"):
-        solve(
-            least(phase.at_end(energy), phase), settings=Settings(solver=Ipopt(max_iterations=20))
-        )
+        solve(least(phase.at_end(energy), phase), settings=short)
 
 
 def test_a_cost_that_is_too_small_between_the_points_is_refused():
@@ -513,8 +510,7 @@ def test_crossings_are_found_where_they_are():
     moving = crossings_of(parabola(-0.0625, ca.fabs(x + 0.0625 - TIME**2)))
     assert moving.places == pytest.approx([0.25], abs=1e-9)
 
-
-def test_a_motion_that_touches_a_kink_does_not_cross_it():
+    # a motion that touches a kink does not cross it
     assert crossings_of(parabola(0.0)).count == 0
     assert crossings_of(parabola(1e-3)).count == 0
 
@@ -641,14 +637,9 @@ def least_cost(level):
     price = level + 20 * np.sin(2 * np.pi * np.arange(HOURS) / HOURS)
     into = np.tril(np.ones((HOURS, HOURS)))
     stored = np.hstack([0.95 * into, -into / 0.95])
-    found = linprog(
-        np.concatenate([price, -price]),
-        A_ub=np.vstack([stored, -stored]),
-        b_ub=np.full(2 * HOURS, 2.0),
-        A_eq=stored[-1:],
-        b_eq=[0.0],
-        bounds=(0, 1),
-    )
+    limits = {"A_ub": np.vstack([stored, -stored]), "b_ub": np.full(2 * HOURS, 2.0)}
+    back = {"A_eq": stored[-1:], "b_eq": [0.0]}
+    found = linprog(np.concatenate([price, -price]), **limits, **back, bounds=(0, 1))
     assert np.minimum(found.x[:HOURS], found.x[HOURS:]).max() < 1e-9
     return found.fun
 
@@ -687,11 +678,8 @@ def test_the_statement_of_the_user_stays_and_can_be_used_again():
     phase = Phase("day", {energy: RATES["largest values"]}, {energy: 2}, {energy: 2}, end=HOURS)
     bought = phase.integral(power)
     for limit in (1.0, 2.0):
-        problem = Problem(
-            "store", phase, minimise=bought, bounds=[phase.integral(power**2) <= limit]
-        )
-        form = reformulated(problem, STANDARD_REFORMULATIONS).problem
-        assert [control.name for control in form.controls["day"]] == ["power", "|power|"]
+        problem = least(bought, phase, bounds=[phase.integral(power**2) <= limit])
+        assert controls(problem) == ["power", "|power|"]
     assert [symbol.name for symbol in phase.symbols] == ["energy", "power"]
 
 

@@ -5,8 +5,6 @@ times at which they meet the least effort is stationary where it is no minimum, 
 phase takes no time.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from typing import Any

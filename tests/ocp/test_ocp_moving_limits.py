@@ -1,7 +1,5 @@
 """Limits of controls that change in time, that controls share, and that are sought."""
 
-from __future__ import annotations
-
 import casadi as ca
 import numpy as np
 import pytest

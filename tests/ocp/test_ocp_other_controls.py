@@ -1,7 +1,5 @@
 """Other controls than a motion's own: which are tried, and what they would gain."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """Sizes of signals and numbers: units, limits, origins and stated sizes change no answer."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

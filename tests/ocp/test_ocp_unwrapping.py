@@ -23,6 +23,7 @@ from ocp import (
     solve,
 )
 from ocp.mesh.trajectory import Evaluator
+from ocp.numerics.piecewise_polynomial import bernstein
 from ocp.optimality.unwrapping import periods, unwrapped
 from ocp.transcription.packing import trajectory_of
 from tests.ocp.problems import pendulum
@@ -104,7 +105,6 @@ def test_shifted_points_are_shifted_back_and_rows_stay():
     solution = solve(crossing())
     iterate = solution.iterate
     (group,) = iterate.transcription.columns.phases[0].groups[:1]
-    from ocp.numerics.piecewise_polynomial import bernstein
 
     # one point of one interval a turn away
     ids, tau = group.controls[0][1, :, 0], group.collocation.points
@@ -130,18 +130,10 @@ def test_shifted_points_are_shifted_back_and_rows_stay():
 def test_an_angle_with_a_small_cost_that_is_lost_is_said_to_need_bounds():
     """What comes of it is chance: the angle is lost, or a motion is found that turns at jumps."""
 
-    # Zermelo's crossing; a turn of the heading costs a little, so that it is never unwrapped
+    # a turn of the heading costs a little, so that it is never unwrapped
     def priced(**bounds):
-        x, y, heading = State("x", "m"), State("y", "m"), Control("heading", "rad", **bounds)
-        cross = Phase(
-            "cross",
-            {x: ca.cos(heading) - y, y: ca.sin(heading)},
-            {x: 3.66, y: -1.86},
-            {x: 0, y: 0},
-            end=Between(0.1, 20, 5),
-        )
-        cost = cross.end_time + cross.integral(1e-4 * heading**2)
-        return Problem("crossing", cross, minimise=cost)
+        angle = Control("heading", "rad", **bounds)
+        return crossing(cost=lambda heading: 1e-4 * heading**2, angle=angle)
 
     def told(problem):
         try:
