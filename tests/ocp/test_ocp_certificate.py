@@ -21,6 +21,7 @@ from ocp import (
     HermiteSimpson,
     Ipopt,
     Lobatto,
+    NlpSolver,
     Phase,
     Problem,
     Radau,
@@ -489,6 +490,7 @@ class Recording:
 def test_nothing_is_taken_over_but_the_motion():
     found = solve(dash())
     solver = Recording(Ipopt(), [], {})
+    assert isinstance(solver, NlpSolver)
     assert told(found, solver=solver).passed
     own = found.kept_iterate
     assert any(phase.movable for phase in own.mesh.phases)

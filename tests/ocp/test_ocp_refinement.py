@@ -1,7 +1,7 @@
 """Meshes of a refinement: the first one, one that is given up, its end, and those that move."""
 
 import dataclasses
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import casadi as ca
@@ -18,7 +18,6 @@ from ocp import (
     Ipopt,
     Mesh,
     MovingMesh,
-    NlpSolver,
     Phase,
     Problem,
     Settings,
@@ -75,38 +74,22 @@ def test_the_optimum_may_move_where_the_guess_waits():
     assert solution.verification.passed
 
 
-class Choosy:
+@dataclass(frozen=True)
+class Choosy(Ipopt):
     """IPOPT, but for programs with the unknowns of the last one and more rows.
 
-    Parameters
-    ----------
-    ipopt : Ipopt
-    seen : list of (unknowns, rows)
-        Of the programs that were solved, shared by all that follow from it.
+    The sizes of what was solved are shared by all that follow from it.
     """
 
-    def __init__(self, ipopt, seen):
-        self.ipopt, self.seen = ipopt, seen
+    seen: list = field(default_factory=list, compare=False)
 
     def solve(self, program, start, limits, parameters, listener=None):
         size = start.x.size, limits.rows[0].size
-        result = self.ipopt.solve(program, start, limits, parameters, listener)
+        result = super().solve(program, start, limits, parameters, listener)
         if self.seen and size[0] == self.seen[-1][0] and size[1] > self.seen[-1][1]:
             return replace(result, outcome="failed", status="Given_Up")
         self.seen.append(size)
         return result
-
-    def within(self, iterations, seconds):
-        return Choosy(self.ipopt.within(iterations, seconds), self.seen)
-
-    def loosened(self, tolerance):
-        return Choosy(self.ipopt.loosened(tolerance), self.seen)
-
-    def within_gap(self, gap):
-        return Choosy(self.ipopt.within_gap(gap), self.seen)
-
-    def alternatives(self, *, warm):
-        return [Choosy(other, self.seen) for other in self.ipopt.alternatives(warm=warm)]
 
 
 def test_intervals_are_cut_where_more_points_lead_the_solver_astray():
@@ -114,9 +97,7 @@ def test_intervals_are_cut_where_more_points_lead_the_solver_astray():
     rates, bounds = {x: v, v: u - ca.sin(x)}, [ca.sin(x) * v + v**2 / 2 <= 0.72]
     phase = Phase("move", rates, {x: 0, v: 0}, {x: 1, v: 0}, end=1.5, bounds=bounds)
     problem = Problem("move", [phase], minimise=phase.integral(u**2))
-    solver = Choosy(Ipopt(), [])
-    assert isinstance(solver, NlpSolver)
-    found = solve(problem, settings=Settings(intervals=6, solver=solver))
+    found = solve(problem, settings=Settings(intervals=6, solver=Choosy()))
     given_up = [k for k, m in enumerate(found.mesh_iterations) if m.status == "Given_Up"]
     assert given_up
     before, after = (found.mesh_iterations[given_up[0] + k] for k in (-1, 1))
