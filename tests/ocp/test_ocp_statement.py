@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -36,7 +37,7 @@ from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.problem.instants import stepping_times
 from ocp.problem.parameters import parameters_of
 from ocp.problem.relations import meant_by
-from tests.ocp.problems import certified
+from tests.ocp.problems import certified, double_integrator
 
 EDGES = [1.3, 2.7, 4.1, 5.5, 7.2, 8.9]
 PRICES = [3.0, 1.0, 2.5, 0.7, 4.0, 1.4, 2.2]
@@ -45,14 +46,8 @@ PRICES = [3.0, 1.0, 2.5, 0.7, 4.0, 1.4, 2.2]
 def charging(price, **options):
     """A leaky store that is charged while energy has a price that steps."""
     energy, power = State("energy", "J"), Control("power", "W", lower=0, upper=2)
-    charge = Phase(
-        "charge",
-        dynamics={energy: power - 0.1 * energy},
-        initial={energy: 0},
-        final={energy: 5},
-        end=10.0,
-        **options,
-    )
+    ends = {"initial": {energy: 0}, "final": {energy: 5}, "end": 10.0}
+    charge = Phase("charge", {energy: power - 0.1 * energy}, **ends, **options)
     cost = charge.integral(price * power + 0.3 * power**2)
     return Problem("tariff", charge, minimise=cost)
 
@@ -138,9 +133,9 @@ def test_pulses_and_periods_of_time_are_found(step, times):
 def test_limits_of_signals_and_bounds_may_hold_unknowns():
     # rest to rest over 1 m in 2 s: the least largest thrust is 4 * 1 / 2^2
     p = Unknown("p", "N", lower=0, upper=10, guess=5)
-    x, v, u = State("x"), State("v"), Control("u", lower=-p)
-    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
-    move = Phase("move", {x: v, v: u}, **ends, end=2.0, bounds=[Bound("up", u, upper=p)])
+    x, v, u, rates = double_integrator(lower=-p)
+    ends, up = ({x: 0, v: 0}, {x: 1, v: 0}), Bound("up", u, upper=p)
+    move = Phase("move", rates, *ends, end=2.0, bounds=[up])
     assert [bound.name for bound in move.bounds] == ["up", "u lower"]
     solution = solve(Problem("peak", move, minimise=p))
     assert solution.objective == pytest.approx(1.0, abs=1e-7)  # the solver's tolerance
@@ -155,14 +150,8 @@ def test_a_bound_with_two_moving_sides_becomes_two():
 
 def test_a_guess_by_fraction_serves_phases_of_any_duration(tmp_path):
     x, u = State("x"), Control("u", lower=-1, upper=1)
-    go = Phase(
-        "go",
-        {x: u},
-        {x: 0},
-        {x: 1},
-        end=Between(0.1, 8, 4),
-        guess={x: ByFraction(lambda s: s**2), u: ByFraction(([0, 1], [0.0, 0.5]))},
-    )
+    guess = {x: ByFraction(lambda s: s**2), u: ByFraction(([0, 1], [0.0, 0.5]))}
+    go = Phase("go", {x: u}, {x: 0}, {x: 1}, end=Between(0.1, 8, 4), guess=guess)
     problem = Problem("go", go, minimise=go.end_time)
     motion = initial_guess(problem, parameters_of(problem)).phases["go"]
     values = motion.at_fractions(np.array([0.0, 0.5, 1.0]))
@@ -192,16 +181,11 @@ def wind_over(phase_times):
     drift = ca.pw_const(TIME, ca.DM([0.3, 0.5]), ca.DM([1.0, 3.0, 0.2]))
     ends = [*phase_times[1:], Between(phase_times[-1] + 0.01, 1.1)]
     phases = [
-        Phase(
-            f"part {i}",
-            {x: drift + u},
-            {x: 0} if i == 0 else {},
-            {x: 1} if i == len(ends) - 1 else {},
-            start=start,
-            end=end,
-        )
+        Phase(f"part {i}", {x: drift + u}, start=start, end=end)
         for i, (start, end) in enumerate(zip(phase_times, ends, strict=True))
     ]
+    phases[0] = replace(phases[0], initial={x: 0})
+    phases[-1] = replace(phases[-1], final={x: 1})
     links = [link for pair in itertools.pairwise(phases) for link in joined(*pair)]
     cost = sum(phase.integral(u**2) for phase in phases) + 0.01 * phases[-1].end_time
     return Problem("drift", phases, minimise=cost, links=links)

@@ -219,9 +219,8 @@ ATTEMPTS = {
 }
 
 
-@pytest.mark.parametrize("case", ATTEMPTS)
-def test_attempts_in_order(case) -> None:
-    start, before, attempts = ATTEMPTS[case]
+@pytest.mark.parametrize(("start", "before", "attempts"), ATTEMPTS.values(), ids=ATTEMPTS)
+def test_attempts_in_order(start, before, attempts) -> None:
     runs = Runs(["failed"] * len(attempts))
     result = with_retries(runs, Ipopt(), start, Budget(), before)
     assert runs.notes == attempts
@@ -248,18 +247,15 @@ def test_a_warm_start_that_lost_its_way_before_is_not_waited_for_as_long() -> No
     assert hasty[1] == patient[1] == 300
 
 
-def test_a_spent_budget_ends_the_attempts() -> None:
+@pytest.mark.parametrize(
+    ("budget", "of_this_mesh", "limits"),
+    [(Budget(iterations=25), {}, [18, 8]), (Budget(), {"most": 15}, [15, 5])],
+)
+def test_all_attempts_together_take_no_more_than_is_left(budget, of_this_mesh, limits) -> None:
     runs = Runs(["failed"] * 4)
-    with_retries(runs, Ipopt(), WARM, Budget(iterations=25), solved_before())
-    # 18 iterations are left, then 8, then none
-    assert [limit for _, _, limit, _ in runs.notes] == [18, 8]
-
-
-def test_a_mesh_that_may_take_so_many_iterations_takes_no_more_in_all_attempts() -> None:
-    runs = Runs(["failed"] * 4)
-    result = with_retries(runs, Ipopt(), WARM, Budget(), solved_before(), most=15)
-    # 15 iterations are left, then 5, then none
-    assert [limit for _, _, limit, _ in runs.notes] == [15, 5]
+    result = with_retries(runs, Ipopt(), WARM, budget, solved_before(), **of_this_mesh)
+    # each takes ten, and after the second one nothing is left
+    assert [limit for _, _, limit, _ in runs.notes] == limits
     assert result.iterations == 20
 
 
