@@ -163,16 +163,10 @@ def test_switches_of_a_phase_that_takes_no_time_are_not_spoken_of() -> None:
     force = Control("force", "m/s^2", lower=-1, upper=1)
     limit = Bound("swing", swinging - ca.sin(40 * TIME), upper=0)
     meeting = Between(0, 1e-3)
-    first = Phase(
-        "first", {place: rate, rate: swinging}, {place: 0, rate: 0}, end=meeting, bounds=[limit]
-    )
-    second = Phase(
-        "second",
-        {place: rate, rate: force},
-        final={place: 1, rate: 0},
-        start=meeting,
-        end=Between(0.5, 5),
-    )
+    start, goal = {place: 0, rate: 0}, {place: 1, rate: 0}
+    first = Phase("first", {place: rate, rate: swinging}, start, end=meeting, bounds=[limit])
+    end, rates = Between(0.5, 5), {place: rate, rate: force}
+    second = Phase("second", rates, final=goal, start=meeting, end=end)
     cost = second.end_time + first.integral(place * swinging)
     found = solve(Problem("rest", [first, second], minimise=cost, links=joined(first, second)))
     assert found.objective == pytest.approx(2.0, rel=1e-6)

@@ -28,14 +28,9 @@ X, V, U = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
 def dash(share, rate, way):
     """Least time over a way from rest to rest, with |u| <= 1 + share sin(rate t)."""
     limit = 1 + share * ca.sin(rate * TIME)
-    phase = Phase(
-        "dash",
-        {X: V, V: U},
-        initial={X: 0, V: 0},
-        final={X: way, V: 0},
-        end=Between(0.5, 12),
-        bounds=[Bound("push", U - limit, upper=0), Bound("brake", U + limit, lower=0)],
-    )
+    bounds = [Bound("push", U - limit, upper=0), Bound("brake", U + limit, lower=0)]
+    ends, end = ({X: 0, V: 0}, {X: way, V: 0}), Between(0.5, 12)
+    phase = Phase("dash", {X: V, V: U}, *ends, end=end, bounds=bounds)
     return Problem("dash", phase, minimise=phase.duration)
 
 
@@ -89,14 +84,9 @@ def test_a_peak_relative_to_a_limit_that_waves() -> None:
 def test_an_arc_on_a_limit_that_waves_and_holds_a_state() -> None:
     """A drive of at most 2 m/s^2, whose power is limited by 1 + 0.6 sin 3t."""
     fast, push = State("v", "m/s", lower=0), Control("u", "m/s^2", lower=-2, upper=2)
-    phase = Phase(
-        "haul",
-        {X: fast, fast: push},
-        initial={X: 0, fast: 0},
-        final={X: 3, fast: 0},
-        end=Between(0.5, 9),
-        bounds=[Bound("power", push * fast - 0.6 * ca.sin(3 * TIME), upper=1)],
-    )
+    power = Bound("power", push * fast - 0.6 * ca.sin(3 * TIME), upper=1)
+    ends, end = ({X: 0, fast: 0}, {X: 3, fast: 0}), Between(0.5, 9)
+    phase = Phase("haul", {X: fast, fast: push}, *ends, end=end, bounds=[power])
 
     def driven(t, y):
         return [y[1], min(2.0, (1 + 0.6 * np.sin(3 * t)) / max(y[1], 1e-9))]
@@ -119,14 +109,8 @@ def spring(limited):
     """Rest to rest of a damped mass on a spring within 2 s, by the least largest thrust."""
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
     p = Unknown("p", "m/s^2", lower=0, upper=10, guess=5)
-    move = Phase(
-        "move",
-        dynamics={x: v, v: u - 0.3 * v - x},
-        initial={x: 0, v: 0},
-        final={x: 1, v: 0},
-        end=2.0,
-        bounds=[u <= p, u >= -p] if limited else (),
-    )
+    rates, bounds = {x: v, v: u - 0.3 * v - x}, [u <= p, u >= -p] if limited else ()
+    move = Phase("move", rates, {x: 0, v: 0}, {x: 1, v: 0}, end=2.0, bounds=bounds)
     return Problem("spring", move, minimise=p if limited else move.peak(u, absolute=True)), u
 
 
@@ -162,14 +146,8 @@ def test_a_drive_gives_room_to_another_where_they_share_a_limit():
     # to the first as long as it pays, and the sum is always used up
     x, v = State("x"), State("v")
     a, b = Control("a", lower=0, upper=2), Control("b", lower=0, upper=2)
-    go = Phase(
-        "go",
-        {x: v, v: a + 0.5 * b},
-        {x: 0, v: 0},
-        {x: 1},
-        end=Between(0.1, 9, 2),
-        bounds=[a + b <= 1],
-    )
+    rates, end = {x: v, v: a + 0.5 * b}, Between(0.1, 9, 2)
+    go = Phase("go", rates, {x: 0, v: 0}, {x: 1}, end=end, bounds=[a + b <= 1])
     solution = solve(Problem("go", go, minimise=go.end_time))
     # a = 1, b = 0: x = t^2 / 2
     assert solution.objective == pytest.approx(np.sqrt(2.0), rel=1e-6)

@@ -60,16 +60,10 @@ def test_brachistochrone(name):
     assert found.objective == pytest.approx(0.8247591431566, rel=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("name", "shape"),
-    [
-        ("radau", "polynomial"),
-        ("gauss", "polynomial"),
-        ("lobatto", "polynomial"),
-        ("radau", "linear"),
-        ("radau", "constant"),
-    ],
-)
+KINDS = [(name, "polynomial") for name in ("radau", "gauss", "lobatto")]
+
+
+@pytest.mark.parametrize(("name", "shape"), [*KINDS, ("radau", "linear"), ("radau", "constant")])
 def test_bryson_denham(name, shape):
     problem = bryson_denham(piecewise=shape)
     found = solve(problem, settings=Settings(scheme=scheme_named(name, 4)))
@@ -88,15 +82,9 @@ def test_cubic_spline_through_a_point(name, shape):
     settings = Settings(scheme=scheme_named(name, 4), intervals=5)
     there = Phase("there", rates, initial={x: 0, v: 0}, final={x: 1}, start=0, end=1)
     back = Phase("back", rates, final={x: 0, v: 0}, start=1, end=3)
-    found = solve(
-        Problem(
-            "via",
-            [there, back],
-            minimise=there.integral(u**2) + back.integral(u**2),
-            links=joined(there, back),
-        ),
-        settings=settings,
-    )
+    effort, links = there.integral(u**2) + back.integral(u**2), joined(there, back)
+    problem = Problem("via", [there, back], minimise=effort, links=links)
+    found = solve(problem, settings=settings)
     # the splines are in the space of the trial functions: the solver's tolerance of 1e-10 on
     # scaled rows times multipliers of the order of 10
     assert found.objective == pytest.approx(10.125, rel=1e-8)
@@ -118,12 +106,8 @@ def test_a_saturated_interval_that_the_control_should_leave_is_refined():
     reached = 0.5 * (1 - 5e-3)
     x, v, u, rates = double_integrator(lower=-1, upper=1)
     phase = Phase("push", rates, {x: 0, v: 0}, end=1)
-    problem = Problem(
-        "push",
-        [phase],
-        minimise=phase.integral(u**2),
-        bounds=[Bound("reached", phase.at_end(x), "m", lower=reached)],
-    )
+    bounds = [Bound("reached", phase.at_end(x), "m", lower=reached)]
+    problem = Problem("push", [phase], minimise=phase.integral(u**2), bounds=bounds)
     found = solve(problem, settings=Settings(intervals=10))
     exact = 1 - 2 / 3 * math.sqrt(6 * (0.5 - reached))
     assert len(found.mesh_iterations) > 1

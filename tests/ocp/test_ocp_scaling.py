@@ -179,14 +179,8 @@ def helped(guess, strength=1.0):
     """Rest to rest, with a second way to accelerate that starts from nothing."""
     x, v, y = State("x", "m"), State("v", "m/s"), State("y", "m/s^2")
     u, w = Control("u", "m/s^2"), Control("w", "m/s^3")
-    phase = Phase(
-        "move",
-        {x: v, v: u + strength * y, y: w},
-        {x: 0, v: 0, y: 0},
-        {x: 1, v: 0},
-        end=1.0,
-        guess={y: guess, w: guess},
-    )
+    rates, ends = {x: v, v: u + strength * y, y: w}, ({x: 0, v: 0, y: 0}, {x: 1, v: 0})
+    phase = Phase("move", rates, *ends, end=1.0, guess={y: guess, w: guess})
     return Problem("helped", phase, minimise=phase.integral(u**2 / 2 + w**2 / 2))
 
 
@@ -386,13 +380,9 @@ def with_a_pause(wide):
     push = Phase("push", {x: v, v: u}, {x: 0, v: 0}, end=ends)
     coast = Phase("coast", {x: v, v: 0 * v}, start=ends, end=begins)
     brake = Phase("brake", {x: v, v: u}, final={x: 1, v: 0}, start=begins, end=1.0)
-    return Problem(
-        "pause",
-        (push, coast, brake),
-        minimise=push.integral(u**2) + brake.integral(u**2),
-        links=(*joined(push, coast), *joined(coast, brake)),
-        bounds=[coast.duration >= 0.3],
-    )
+    effort, rests = push.integral(u**2) + brake.integral(u**2), [coast.duration >= 0.3]
+    links = (*joined(push, coast), *joined(coast, brake))
+    return Problem("pause", (push, coast, brake), minimise=effort, links=links, bounds=rests)
 
 
 @pytest.mark.parametrize("wide", [1e3, 1e6, 1e9])
