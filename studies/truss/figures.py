@@ -276,7 +276,7 @@ def bar_forces_figure(deployment: Deployment) -> Figure:
 
 def drive_figure(deployments: Sequence[Deployment]) -> Figure:
     """Path of one motor beside its torque-speed curve, and power and energy of both over time."""
-    figure, (path, *axes) = _row(3, "One motor beside its curve; both motors over time")
+    figure, (path, *axes) = _row(3, "One motor at its shaft; both motors over time")
     for deployment, colour, style in styled(deployments):
         t = times(deployment)
         _, truss = deployment.at(t)
