@@ -155,11 +155,12 @@ def _run(
     if result.outcome == "interrupted":
         raise KeyboardInterrupt
 
-    # what rows are off by, within the solver's tolerance, is no gain
+    # what rows are off by, within the solver's tolerance, is no gain; before a run's end its
+    # multipliers say nothing
     objective, values = program.program.oracle(result.x, parameters.vector)
     rows = np.asarray(values.full()).ravel()
     beyond = rows - np.clip(rows, *limits.rows)
-    priced = float(result.row_multipliers @ beyond)
+    priced = float(result.row_multipliers @ beyond) if result.outcome == "solved" else 0.0
     value = problem.sense * (float(objective) + priced) * program.scales.objective
     motion = trajectory_of(program, result.x, parameters)
     largest = np.abs(result.x).max(initial=1.0)  # of what runs away, too
