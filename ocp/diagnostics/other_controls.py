@@ -107,6 +107,8 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     gain = promised_by(found, iterate)
     if not gain > CERTIFIED_GAIN:
         return ""
+
+    # the controls that differ by more than rounding, where they promise most
     most = max(found, key=lambda other: other.gain)
     k = int(np.argmax(most.less))
     units = {signal.name: signal.unit for signal in iterate.problem.signals[most.phase]}
@@ -117,6 +119,7 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
         for name, own, best in zip(most.names, *pair, strict=True)
         if own != best
     )
+
     if most.vanished:
         return (
             f"phase '{most.phase}' takes no time (at {most.times[k]:.4g} s), but should take "

@@ -36,6 +36,7 @@ def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
             symbols = resolve(expression, what)
             if derivative and not symbols:
                 continue
+
             entries = _slopes(expression, symbols) if derivative else [expression]
             if not phase:
                 number = partial(evaluator.number, trajectory, known=peaks)
@@ -52,6 +53,7 @@ def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
                 at, found = (intervals[[point]], tau[[point]]), entries[entry]
                 number = partial(_number_at, evaluator, trajectory, phase, at)
                 when = f" at {evaluator.times(motion, *at)[0]:.3g} s"
+
             if found is not None:
                 text = _sentence(found, symbols, number, when, derivative=derivative)
                 of_zero = phase and derivative and _is_root_of_zero(expression, number)

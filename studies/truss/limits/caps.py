@@ -230,6 +230,7 @@ def check_stated(
         for quantity, name in CAPPED.items()
         if getattr(caps, name) is not None
     }
+
     for quantity, words in asked.items():
         needed = QUANTITIES[quantity].needs
         if needed in ("margin", "available"):
