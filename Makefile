@@ -69,7 +69,7 @@ lint: $(READY)
 
 benchmark: $(READY)
 	$(BIN)/python -m benchmarks.race --only build
-	$(BIN)/antenna-ocp benchmarks
+	$(BIN)/python -m benchmarks.optima
 
 regression: $(READY)
 	$(BIN)/python -m benchmarks.regression --against benchmarks/baseline.json $(REGRESSION_FLAGS)

@@ -89,7 +89,7 @@ class Effort:
 
 def names() -> tuple[str, ...]:
     """All cases, in the order in which they are run."""
-    from studies.benchmarks.problems import CATALOGUE
+    from benchmarks.optima.problems import CATALOGUE
 
     return (*CATALOGUE, "race_A", "race_B", *ARM_STUDIES, *TRUSS_STUDIES)
 
@@ -187,7 +187,7 @@ def _solved(problem: Any, tolerance: float) -> Answer:
 
 def _benchmark(name: str) -> Answer:
     """One problem of the catalogue."""
-    from studies.benchmarks.problems import CATALOGUE
+    from benchmarks.optima.problems import CATALOGUE
 
     benchmark = CATALOGUE[name]()
     return _solved(benchmark.problem, benchmark.tolerance)

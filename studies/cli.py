@@ -198,13 +198,6 @@ COMMANDS: Mapping[str, Command] = {
         "printed value, ours, the difference, and a verdict in each row. Exit code 5 if what a "
         "verdict rests on was not found.",
     ),
-    "benchmarks": Command(
-        "fifteen optimal control problems with known optima",
-        "studies.benchmarks.command",
-        "Solves problems of the literature from their stated guesses, all with the same default "
-        "settings, and holds the answers against trusted optima. The exit code is 0 only if all "
-        "pass.",
-    ),
 }
 
 

@@ -60,7 +60,6 @@ FAST = (*TIMELESS, "--duration", "5")
         # the flag that was typed is named, and not the key that it states
         ((*FAST, "--power-cap=--"), 2, "--power-cap is '--', which is no value"),
         ((*FORCE, "--starts", "1..2", "--margin=--"), 2, "--margin is '--', which is no value"),
-        (("benchmarks", "--starts=--"), 2, "--starts is '--', which is no value"),
         ((*FAST, "--power-cap", "a"), 2, "antenna-ocp: --power-cap is 'a'; give"),
         ((*FAST, "--power-cap=a"), 2, "antenna-ocp: --power-cap is 'a'; give"),
         ((*FAST, "--pow", "a"), 2, "unknown flag --pow; did you mean --power-cap?"),

@@ -87,7 +87,6 @@ KINDS: Mapping[str, Kind] = {
         "studies.sweep.config:SweepStudy",
         'coarse = true\nbase.minimise = "energy"\nparameters.duration = [4.0, 5.0]\n',
     ),
-    "benchmarks": Kind(("brachistochrone",)),
     "report": Kind(("RESULTS", "--to", "OUT")),
     "export": Kind(("RESULTS", "--to", "pvt", "--output", "NEW")),
 }

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def measure(setup: Setup) -> Iterator[Measured]:
     """Measure each problem once; see `BenchmarkPart`."""
-    from studies.benchmarks.problems import CATALOGUE
+    from benchmarks.optima.problems import CATALOGUE
 
     return sweep("benchmark", tuple(CATALOGUE), setup, repeats=1)
 

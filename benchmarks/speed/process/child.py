@@ -77,8 +77,8 @@ def arm(duration: str) -> Answer:
 
 def benchmark(name: str) -> Answer:
     """One of the problems with known optima, default settings."""
-    from studies.benchmarks.measure import measure
-    from studies.benchmarks.problems import CATALOGUE
+    from benchmarks.optima.measure import measure
+    from benchmarks.optima.problems import CATALOGUE
 
     measured, imported = measure(CATALOGUE[name]()), memory()
     record = measured.as_record()

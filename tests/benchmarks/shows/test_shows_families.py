@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.optima.problems import CATALOGUE
 from benchmarks.shows.engine import comparison
 from benchmarks.shows.engine.comparison import GUESSES, Reference, _kind, by_engine, compared
 from benchmarks.shows.engine.engine_problem import problem_of
@@ -13,7 +14,6 @@ from benchmarks.shows.engine.families import question
 from benchmarks.shows.engine.plain import DEGREE, Plain, Start, crude_start, radau
 from benchmarks.shows.engine.variant import Variant, catalogue
 from ocp import Settings, solve
-from studies.benchmarks.problems import CATALOGUE
 
 # what 200 plain intervals of degree 3 are off by: hardly anything where all is smooth, a part of a
 # switch's interval where not, and more where stiffness needs a finer mesh

@@ -2,8 +2,8 @@
 
 import casadi as ca
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import Constant, Control, Phase, Problem, State
-from studies.benchmarks.benchmark import Benchmark
 
 
 def cartpole() -> Benchmark:
@@ -45,5 +45,4 @@ def cartpole() -> Benchmark:
         tolerance=1e-7,
         source="Kelly, SIAM Review 2017; collocation and Pontryagin boundary value problem",
         tags=("smooth",),
-        varied=distance,
     )

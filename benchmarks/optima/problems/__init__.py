@@ -2,22 +2,22 @@
 
 from collections.abc import Callable, Mapping
 
-from studies.benchmarks.benchmark import Benchmark
-from studies.benchmarks.problems.brachistochrone import brachistochrone
-from studies.benchmarks.problems.cartpole import cartpole
-from studies.benchmarks.problems.catmix import catmix
-from studies.benchmarks.problems.double_integrator import (
+from benchmarks.optima.benchmark import Benchmark
+from benchmarks.optima.problems.brachistochrone import brachistochrone
+from benchmarks.optima.problems.cartpole import cartpole
+from benchmarks.optima.problems.catmix import catmix
+from benchmarks.optima.problems.double_integrator import (
     bryson_denham,
     di_min_time,
     peak_accel,
     peak_accel_jerk,
     via_point,
 )
-from studies.benchmarks.problems.gas_oil import gas_oil
-from studies.benchmarks.problems.goddard import goddard_betts, goddard_vmax
-from studies.benchmarks.problems.robot_arm import robot_arm
-from studies.benchmarks.problems.shuttle import shuttle
-from studies.benchmarks.problems.stiff import alp_rider, hypersensitive
+from benchmarks.optima.problems.gas_oil import gas_oil
+from benchmarks.optima.problems.goddard import goddard_betts, goddard_vmax
+from benchmarks.optima.problems.robot_arm import robot_arm
+from benchmarks.optima.problems.shuttle import shuttle
+from benchmarks.optima.problems.stiff import alp_rider, hypersensitive
 
 CATALOGUE: Mapping[str, Callable[[], Benchmark]] = {
     "brachistochrone": brachistochrone,

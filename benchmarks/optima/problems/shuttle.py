@@ -5,8 +5,8 @@ import math
 import casadi as ca
 import numpy as np
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import Between, Constant, Control, Phase, Problem, State
-from studies.benchmarks.benchmark import Benchmark
 
 EARTH_RADIUS = 20902900.0  # [ft]
 GRAVITATION = 0.14076539e17  # [ft^3/s^2]
@@ -77,5 +77,4 @@ def shuttle() -> Benchmark:
         tolerance=1e-7,
         source="Betts, sec. 6.1 (0.59587608 rad); dymos; PSOPT; refined computation",
         tags=("smooth", "free time"),
-        varied=mass,
     )

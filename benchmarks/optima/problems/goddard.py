@@ -3,8 +3,8 @@
 import casadi as ca
 import numpy as np
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import Between, Bound, Constant, Control, Phase, Problem, State, joined
-from studies.benchmarks.benchmark import Benchmark
 
 QUICK = 0.2  # guess of the final time of the first problem
 
@@ -45,7 +45,6 @@ def goddard_vmax() -> Benchmark:
         tolerance=1e-6,
         source="Bocop / CTDirect.jl, goddard (1.01257); four-phase solution",
         tags=("singular arc", "state constraint", "free time", "bang-bang"),
-        varied=cap,
     )
 
 
@@ -117,5 +116,4 @@ def goddard_betts() -> Benchmark:
         tolerance=1e-8,
         source="Betts, sec. 4.14 (18550.872); yapss (18550.8718638)",
         tags=("multi-phase", "singular arc", "free time"),
-        varied=most,
     )

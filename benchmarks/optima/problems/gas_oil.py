@@ -1,7 +1,7 @@
 """Fit of three rates of reaction to measured catalytic cracking of gas oil."""
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import Constant, Phase, Problem, State, Unknown
-from studies.benchmarks.benchmark import Benchmark
 
 SAMPLES = (  # time, and the concentrations of gas oil and gasoline
     (0.0, 1.0, 0.0),
@@ -60,5 +60,4 @@ def gas_oil() -> Benchmark:
         tolerance=1e-5,
         source="COPS 3.0, gasoil (5.2366e-3); refined computation",
         tags=("parameters",),
-        varied=feed,
     )

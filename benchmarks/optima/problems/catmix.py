@@ -1,7 +1,7 @@
 """Mixing of two catalysts along a plug-flow reactor."""
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import Constant, Control, Phase, Problem, State
-from studies.benchmarks.benchmark import Benchmark
 
 
 def catmix() -> Benchmark:
@@ -32,5 +32,4 @@ def catmix() -> Benchmark:
         tolerance=1e-6,
         source="COPS 3.0, catmix (-4.80556e-2); refined computation",
         tags=("singular arc", "bang-bang"),
-        varied=rate,
     )

@@ -3,8 +3,8 @@
 import casadi as ca
 import numpy as np
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import Between, Constant, Control, Phase, Problem, State
-from studies.benchmarks.benchmark import Benchmark
 
 LENGTH = 5.0  # of the link [m]
 EARLY = 9.0  # guess of the final time [s]
@@ -60,5 +60,4 @@ def robot_arm() -> Benchmark:
         tolerance=1e-6,
         source="COPS 3.0, robot; Betts (9.14093620); two computations with exact switches",
         tags=("bang-bang", "free time"),
-        varied=angle,
     )

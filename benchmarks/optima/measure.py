@@ -13,6 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import (
     Bound,
     Control,
@@ -28,7 +29,6 @@ from ocp import (
     solve,
 )
 from ocp.arrays import Array
-from studies.benchmarks.benchmark import Benchmark
 
 POINTS = 10_000  # in each phase, at which bounds are evaluated
 

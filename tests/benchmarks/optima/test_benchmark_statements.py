@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from benchmarks.optima.__main__ import select
+from benchmarks.optima.benchmark import Benchmark
+from benchmarks.optima.problems import CATALOGUE
 from ocp import Between
-from studies.benchmarks.benchmark import Benchmark
-from studies.benchmarks.command import select
-from studies.benchmarks.problems import CATALOGUE
 from studies.common.exit_codes import StudyError
 
 # name: phases, states a phase, controls a phase, unknowns, free times, optimum as published

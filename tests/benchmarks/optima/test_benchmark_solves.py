@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.optima.__main__ import main
+from benchmarks.optima.benchmark import Benchmark
+from benchmarks.optima.measure import Measurement, largest_violation, measure
+from benchmarks.optima.problems import CATALOGUE
 from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
-from studies.benchmarks.benchmark import Benchmark
-from studies.benchmarks.measure import Measurement, largest_violation, measure
-from studies.benchmarks.problems import CATALOGUE
-from studies.cli import main
 from studies.common.exit_codes import ExitCode
-from studies.common.result import Result
 
 # name: optimum. The sources stand in the problems' docstrings; each must be met to the
 # benchmark's own tolerance, between 1e-5 and 1e-9 relative.
@@ -75,8 +74,8 @@ def test_a_wrong_optimum_fails_and_is_explained(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     wrong = Benchmark("line", _line(), 2.0, 1e-6, "a mistake", ("test",))
-    monkeypatch.setattr("studies.benchmarks.problems.CATALOGUE", {"line": lambda: wrong})
-    assert main(["benchmarks"]) == ExitCode.NOT_VERIFIED
+    monkeypatch.setattr("benchmarks.optima.__main__.CATALOGUE", {"line": lambda: wrong})
+    assert main([]) == ExitCode.NOT_VERIFIED
     printed = capsys.readouterr().out
     assert "FAIL" in printed
     assert "verified, but the error is -5.0e-01" in printed
@@ -95,32 +94,28 @@ def test_a_failed_solve_is_listed_not_raised() -> None:
 
 
 def test_command_writes_its_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = tmp_path / "out"
-    assert main(["benchmarks", "via_point", "--results", str(folder)]) == ExitCode.OK
+    file = tmp_path / "optima.json"
+    assert main(["via_point", "--output", str(file)]) == ExitCode.OK
     assert "1 of 1 passed" in capsys.readouterr().out
-    (record,) = json.loads((folder / "benchmarks.json").read_text("utf-8"))["results"]
+    (record,) = json.loads(file.read_text("utf-8"))
     assert record["passed"]
     assert record["value"] == pytest.approx(10.125, rel=1e-9)
-    assert (folder / "table.txt").read_text("utf-8").startswith("Benchmarks")
-    result = Result.load(folder)
-    assert result.passed
-    assert result.value("via_point", "trusted optimum") == 10.125
+
+
+def test_a_file_that_cannot_be_written_is_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["via_point", "--output", str(tmp_path)]) == ExitCode.BAD_INPUT
+    assert "cannot be written" in capsys.readouterr().err
 
 
 def test_list_names_sources(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["benchmarks", "--list"]) == ExitCode.OK
+    assert main(["--list"]) == ExitCode.OK
     printed = capsys.readouterr().out
     assert all(name in printed for name in CATALOGUE)
     assert "Bryson & Ho" in printed
 
 
 def test_unknown_name_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["benchmarks", "catmx"]) == ExitCode.BAD_INPUT
+    assert main(["catmx"]) == ExitCode.BAD_INPUT
     assert "the names are brachistochrone" in capsys.readouterr().err
-
-
-def test_an_audit_lists_the_optima_found(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["benchmarks", "via_point", "--starts", "2"]) == ExitCode.OK
-    said = capsys.readouterr().out
-    assert "via_point: local: best of 2 starts (2 agree)" in said
-    assert "the trusted optimum is 10.125" in said

@@ -2,8 +2,8 @@
 
 import casadi as ca
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import Between, Constant, Control, Phase, Problem, State
-from studies.benchmarks.benchmark import Benchmark
 
 
 def brachistochrone() -> Benchmark:
@@ -35,5 +35,4 @@ def brachistochrone() -> Benchmark:
         tolerance=1e-8,
         source="PSOPT, example brac1; cycloid",
         tags=("smooth", "free time"),
-        varied=distance,
     )

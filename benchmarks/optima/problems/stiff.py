@@ -2,8 +2,8 @@
 
 import casadi as ca
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import TIME, Bound, Constant, Control, Phase, Problem, State
-from studies.benchmarks.benchmark import Benchmark
 
 
 def hypersensitive() -> Benchmark:
@@ -35,7 +35,6 @@ def hypersensitive() -> Benchmark:
         tolerance=1e-6,
         source="Rao & Mease 2000; closed form of the infinite horizon",
         tags=("stiff", "smooth"),
-        varied=first,
     )
 
 
@@ -79,5 +78,4 @@ def alp_rider() -> Benchmark:
         tolerance=2e-6,
         source="Betts, alpr01 (2030.85609); PSOPT, example alpine",
         tags=("stiff", "state constraint"),
-        varied=first,
     )

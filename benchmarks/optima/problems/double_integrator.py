@@ -5,8 +5,8 @@ All five have closed-form optima, written out beside each.
 
 import math
 
+from benchmarks.optima.benchmark import Benchmark
 from ocp import Between, Bound, Constant, Control, Phase, Problem, State, joined
-from studies.benchmarks.benchmark import Benchmark
 
 
 def bryson_denham() -> Benchmark:
@@ -36,7 +36,6 @@ def bryson_denham() -> Benchmark:
         tolerance=1e-6,
         source="Bryson & Ho, Applied Optimal Control, p. 120: 4/(9 l) for l <= 1/6",
         tags=("state constraint",),
-        varied=cap,
     )
 
 
@@ -68,7 +67,6 @@ def di_min_time() -> Benchmark:
         tolerance=1e-6,
         source="ICLOCS2, example BangBang: sqrt(2 D (1/a + 1/b))",
         tags=("bang-bang", "free time"),
-        varied=distance,
     )
 
 
@@ -99,7 +97,6 @@ def peak_accel() -> Benchmark:
         tolerance=1e-7,
         source="closed form 4 D/T^2",
         tags=("min-max", "bang-bang"),
-        varied=distance,
     )
 
 
@@ -134,7 +131,6 @@ def peak_accel_jerk() -> Benchmark:
         tolerance=1e-5,
         source="closed form J T/4 (1 - sqrt(1 - 32 D/(J T^3)))",
         tags=("min-max", "bang-bang"),
-        varied=cap,
     )
 
 
@@ -181,5 +177,4 @@ def via_point() -> Benchmark:
         tolerance=1e-9,
         source="closed form 81/8 of the cubic spline",
         tags=("multi-phase",),
-        varied=through,
     )

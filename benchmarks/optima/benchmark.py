@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ocp import Constant, Problem
+from ocp import Problem
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,7 +16,6 @@ class Benchmark:
     tolerance : relative error allowed.
     source : where the problem and the optimum come from.
     tags : what is difficult about it.
-    varied : the number of the problem that `antenna-ocp benchmarks --warm` changes.
     """
 
     name: str
@@ -25,7 +24,6 @@ class Benchmark:
     tolerance: float
     source: str
     tags: tuple[str, ...]
-    varied: Constant | None = None
 
     def error(self, value: float) -> float:
         """Relative error of `value` against the optimum, signed."""
