@@ -1,0 +1,10 @@
+"""The ring truss on the arm that carries it: while the ring opens, it shakes the arm.
+
+`equations` has both as one mechanism: the arm's equations of motion, and what its tip does to the
+ring. `motion` has numbers along a motion law of the ring.
+"""
+
+from models.ring_on_arm.equations import RingOnArm
+from models.ring_on_arm.motion import ArmMotion, arm_motion
+
+__all__ = ["ArmMotion", "RingOnArm", "arm_motion"]

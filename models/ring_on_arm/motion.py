@@ -1,0 +1,154 @@
+"""Numbers of the arm while its ring opens by a motion law: its states, its tip, what is left.
+
+The law is given, so that the arm follows from it. It starts undeformed and at rest.
+
+Symbols: q, v coordinates of the arm and their rates (4,); y = (q, v).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from models.arm.split_steps import STABLE, split_steps
+from models.arrays import Array, elementwise
+from models.laws import Law
+from models.numerics import interior
+from models.ring_on_arm.equations import RingOnArm
+
+TOLERANCE = 1e-11  # of a step, for entries of the state of at most 1: 1e-9 of what a motion has
+# Samples in a step that is stable for the fastest mode. The quintic between two of them is good to
+# 1e-9 of a swing at 10 Hz, and faster ones are hardly there.
+_SAMPLES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class ArmMotion:
+    """The arm along a motion of its ring.
+
+    Attributes
+    ----------
+    model : RingOnArm
+    law : of the ring's angle.
+    time : (m,) samples, all breakpoints of the law among them [s].
+    q, v : (4, m) coordinates of the arm and their rates.
+    """
+
+    model: RingOnArm
+    law: Law
+    time: Array
+    q: Array
+    v: Array
+
+    def at(self, time: ArrayLike) -> tuple[Array, Array]:
+        """Coordinates and rates at times (k,) in [0, T], (4, k) each."""
+        instants = np.atleast_1d(np.asarray(time, dtype=float))
+        cell = np.clip(np.searchsorted(self.time, instants, side="right") - 1, 0, len(self) - 2)
+        h = np.diff(self.time)[cell]
+        s = (instants - self.time[cell]) / h
+        first, last = self._accelerations
+        terms = (
+            *(self.q[:, cell], h * self.v[:, cell], h**2 * first[:, cell]),
+            *(self.q[:, cell + 1], h * self.v[:, cell + 1], h**2 * last[:, cell]),
+        )
+
+        # the quintic with these values, rates and accelerations at both ends
+        c = 1 - s
+        of_first = (c**3 * (1 + 3 * s + 6 * s**2), c**3 * s * (1 + 3 * s), c**3 * s**2 / 2)
+        of_last = (s**3 * (1 + 3 * c + 6 * c**2), -(s**3) * c * (1 + 3 * c), s**3 * c**2 / 2)
+        rise = 30 * s**2 * c**2
+        rates_first = (-rise, c**2 * (1 + 5 * s) * (1 - 3 * s), c**2 * s * (2 - 5 * s) / 2)
+        rates_last = (rise, s**2 * (1 + 5 * c) * (1 - 3 * c), -(s**2) * c * (2 - 5 * c) / 2)
+        q = sum(w * term for w, term in zip((*of_first, *of_last), terms, strict=True))
+        v = sum(w * term for w, term in zip((*rates_first, *rates_last), terms, strict=True))
+        return np.asarray(q), np.asarray(v / h)
+
+    def torque(self, time: ArrayLike) -> Array:
+        """By which the ropes have to do more than on a tip that is held, (k,) [N m]."""
+        return self._along(time)[1].ravel()
+
+    def tip(self, time: ArrayLike) -> Array:
+        """Displacement of the tip along the straight arm and across it, (2, k) [m]."""
+        moved = self._along(time)[2].T
+        return moved - np.array([[self.model.arm.big.length + self.model.arm.small.length], [0.0]])
+
+    @property
+    def residual_energy(self) -> float:
+        """Left in arm and ring where the ring has opened [J]."""
+        return float(self.model.residual_energy(self.q[:, -1], self.v[:, -1]))
+
+    def __len__(self) -> int:
+        """Number of samples m."""
+        return self.time.size
+
+    @cached_property
+    def _accelerations(self) -> tuple[Array, Array]:
+        """Of q where each cell begins and where it ends, (4, m - 1) each."""
+        after = self._values(self.time[:-1], self.q[:, :-1], self.v[:, :-1])[0]
+        before = np.nextafter(self.time[1:], 0.0)  # where the law's acceleration may jump
+        return after.T, self._values(before, self.q[:, 1:], self.v[:, 1:])[0].T
+
+    def _along(self, time: ArrayLike) -> list[Array]:
+        return self._values(time, *self.at(time))
+
+    def _values(self, time: ArrayLike, q: Array, v: Array) -> list[Array]:
+        """Accelerations (k, 4), torque (k, 1) and tip (k, 2)."""
+        motion = self.law.motion(time)
+        ring = (motion.angle, motion.speed, motion.acceleration)
+        return elementwise(_kernel(self.model), *q, *v, *ring)
+
+
+def arm_motion(model: RingOnArm, law: Law) -> ArmMotion:
+    """The arm from rest while its ring opens by a law.
+
+    Raises
+    ------
+    ModelError
+        If no step of the integration is short enough.
+    """
+    ends = law.start_angle, law.end_angle
+    fastest = 2 * math.pi * max(float(model.frequencies(angle)[-1]) for angle in ends)
+    decay = model.arm.relaxation_time * fastest**2  # of a mode that its damping keeps from swinging
+    longest = STABLE / max(fastest, decay)
+
+    # piece by piece: the acceleration may jump at breakpoints
+    times, states = [np.zeros(1)], [np.zeros((8, 1))]
+    for begin, end in pairwise((0.0, *law.breakpoints, law.duration)):
+        count = math.ceil(_SAMPLES * (end - begin) / longest)
+        instants = np.linspace(begin, end, count + 1)
+        inside = interior(begin, end)
+
+        def ring(given: Array, inside: tuple[float, float] = inside) -> Array:
+            motion = law.motion(np.clip(given, *inside))
+            return np.array([motion.angle, motion.speed, motion.acceleration])
+
+        path = split_steps(_rates(model), states[-1][:, -1], instants, ring, longest, TOLERANCE)
+        times.append(instants[1:])
+        states.append(path[:, 1:])
+
+    state = np.hstack(states)
+    return ArmMotion(model, law, np.concatenate(times), state[:4], state[4:])
+
+
+@lru_cache(maxsize=8)
+def _rates(model: RingOnArm) -> ca.Function:
+    """`(y, (alpha, omega, acc)) -> its rate`."""
+    y, ring = ca.SX.sym("y", 8), ca.SX.sym("ring", 3)
+    acceleration, _ = model.response(y[:4], y[4:], ring[0], ring[1], ring[2])
+    return ca.Function("rates", [y, ring], [ca.vertcat(y[4:], acceleration)], {"cse": True})
+
+
+@lru_cache(maxsize=8)
+def _kernel(model: RingOnArm) -> ca.Function:
+    """Eight entries of the state, then angle, speed and acceleration of the ring."""
+    y, ring = ca.SX.sym("y", 8), ca.SX.sym("ring", 3)
+    found = model.response(y[:4], y[4:], ring[0], ring[1], ring[2])
+    rows = [*found, model.tip(y[:4])]
+    inputs = [*ca.vertsplit(y), *ca.vertsplit(ring)]
+    return ca.Function("arm", inputs, [ca.densify(row) for row in rows], {"cse": True})
