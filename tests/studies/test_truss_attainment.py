@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.shows import truss_words
 from ocp import OcpError
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
@@ -39,16 +38,6 @@ def test_a_motion_at_a_limit_says_so_and_ends_in_its_own_code() -> None:
     assert not result.passed
     assert exit_code(result) == ExitCode.INFEASIBLE
     assert exit_code(Result("truss", "?", {}, verdict=Verdict("none", ""))) != exit_code(result)
-
-
-def test_words_that_are_not_the_phase_planes_are_seen() -> None:
-    row = {"code": 0, "value": 12.0, "words": "global: the bound", "bound": 12.0}
-    assert truss_words.agrees({**row, "attained": True, "cannot_act": True})
-    assert not truss_words.agrees({**row, "attained": False, "cannot_act": True})
-    assert not truss_words.agrees({**row, "attained": False, "cannot_act": False})
-    said = {**row, "code": 3, "words": "no motion is best: ...", "attained": False}
-    assert truss_words.agrees({**said, "cannot_act": False})
-    assert not truss_words.agrees({**row, "value": 11.0, "attained": True, "cannot_act": False})
 
 
 STARTS = ("bezier", "dwell", "step5", "straight")

@@ -1,8 +1,6 @@
-"""The show "arm-exports": exported motions of the arm, replayed by SciPy on equations of its own.
+"""An exported motion of the arm, replayed by SciPy on equations that are written anew.
 
-A command solves a motion and exports it. Only the CSV is taken over: it is interpolated as its head
-says, and drives an ANCF model that is written anew here. What that leaves after the lock is held
-against what the export states.
+The columns are interpolated as the export's head says, and drive an ANCF model of its own.
 
 Symbols: e node coordinates of both links (x, y and the slope of each node); z coordinates that the
 joints leave, e = E(z, s); s angle of a joint that is locked or driven [rad]; M mass matrix of e.
@@ -10,11 +8,9 @@ joints leave, e = E(z, s); s angle of a joint that is locked or driven [rad]; M 
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -22,54 +18,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from benchmarks.shows.show import Question, Row
-from benchmarks.shows.truss_random import run_command
 from models.arm.parameters import ArmParameters
 from ocp.arrays import Array
-from studies.common.columns import Dialect, read_csv
-from studies.common.console import Table, number
-from studies.common.exit_codes import ExitCode
 
-LINE = "exported motions of the arm: what they leave by SciPy beside what the export states"
-LIMIT = 1800.0  # [s]
 ELEMENTS = 8  # of a link, as the command has it
 NODES = ELEMENTS + 1
-SHARE, FLOOR = 0.05, 1e-9  # by which both may differ: of the energy stated, or [J]
 TOLERANCES = (3e-6, 3e-8)  # relative and absolute, of SciPy's Radau method
-
-# stage, drive and objective of `arm solve`
-MOTIONS = (
-    ("big", "torque", "energy"),
-    ("big", "angle", "smoothest"),
-    ("small", "torque", "peak-torque"),
-    ("small", "angle", "smoothest"),
-    ("big", "torque", "peak-torque"),
-)
 POSES = {"big": ((0.0, np.pi), (np.pi / 2, np.pi)), "small": ((np.pi / 2, np.pi), (np.pi / 2, 0.0))}
-
-
-def question(seed: int, index: int) -> Question:
-    """Return a motion; there are five, and the seed changes nothing."""
-    stage, drive, objective = MOTIONS[index % len(MOTIONS)]
-    words = ["arm", "solve", "--stage", stage, "--objective", objective, "--drive", drive]
-    return {"stage": stage, "drive": drive, "objective": objective, "command": words}
-
-
-def answer(question: Question, folder: Path) -> Row:
-    """Run the command, and replay what it exports."""
-    results = folder / "study"
-    words = [*question["command"], "--no-figures", "--overwrite", "--results", str(results)]
-    code, _ = run_command(words, folder / "printed.txt")
-    if code != ExitCode.OK:
-        return {"code": code, "stated": None, "found": None, "step": None, "agrees": False}
-
-    accuracy = json.loads((results / "verification.json").read_text("utf-8"))["accuracy"]
-    stated = accuracy["residual_energy_of_the_sampled_profile_J"]
-    columns = read_csv((results / "profile.csv").read_text("utf-8"), Dialect())
-    found = left_by(columns, question["stage"], question["drive"])
-    agrees = abs(found - stated) <= max(SHARE * stated, FLOOR)
-    step = accuracy["sample_time_s"]
-    return {"code": code, "stated": stated, "found": found, "step": step, "agrees": agrees}
 
 
 def left_by(columns: Mapping[str, Array], stage: str, drive: str) -> float:
@@ -283,19 +238,3 @@ def _hermite(x: float, length: float, order: int) -> Array:
     row = [np.polyval(np.polyder(np.array(c, float), order), x) for c in cubics]
     sizes = np.array([1.0, length, 1.0, length]) / length**order
     return np.array([row]) * sizes
-
-
-def tables(rows: Sequence[Row]) -> list[Table]:
-    """Return each motion in a row."""
-    head = ("motion", "code", "sampled [s]", "stated [J]", "by SciPy [J]", "agrees", "time [s]")
-    cells: list[tuple[str, ...]] = []
-    for row in rows:
-        name = f"{row['stage']}, {row['drive']} drive, {row['objective']}"
-        if row["failure"]:
-            cells.append((name, "-", "-", "-", "-", "NO", str(row["failure"])))
-            continue
-        agrees = "yes" if row["agrees"] else "NO"
-        numbers = (number(row[key], 4) for key in ("step", "stated", "found"))
-        cells.append((name, str(row["code"]), *numbers, agrees, number(row["seconds"], 3)))
-    note = f"agrees: to {SHARE:.0%} or {FLOOR:g} J, whichever is larger"
-    return [Table("Exported motions of the arm", head, cells, (note,))]

@@ -1,1 +1,0 @@
-"""Shows of the arm: stages drawn at random, and exports replayed by other code."""

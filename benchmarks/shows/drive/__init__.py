@@ -1,1 +1,0 @@
-"""Shows of what is made for a drive: tables, points, formats, caps, checks of measured motions."""

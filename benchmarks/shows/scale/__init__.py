@@ -1,1 +1,0 @@
-"""Shows of studies of many motions: fronts, sweeps, designs, laws for many trusses."""
