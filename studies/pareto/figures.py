@@ -67,11 +67,7 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
     dominated = arrays[f"dominated {limited}"], arrays[f"dominated {least}"]
     if dominated[0].size:
         panel.plot(*dominated, "x", ms=4, color="0.7", label="dominated", zorder=2)
-    if np.isfinite(bound).any():
-        panel.plot(x, bound, color="0.35", lw=1, ls="--", label=result.details["bound"])
-    if limited in result.bounds:
-        least_x = result.bounds[limited]
-        panel.axvline(least_x, color="0.35", lw=1, ls=":", label="proven: none is left of it")
+    _limits(panel, result, limited, least)
 
     knee = result.details["knee"]
     if knee is not None:
@@ -87,6 +83,21 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
     for line in lines:
         if _of(line).min() > top:
             line.set_label(f"{line.get_label()} (above)")
+
+
+def _limits(panel: Axes, result: Result, limited: str, least: str) -> None:
+    """What no motion is below or left of, and the ends that no motion attains."""
+    bound, open_ends = result.arrays["bound"].values, result.details.get("open_ends", {})
+    if np.isfinite(bound).any():
+        x = result.arrays[limited].values
+        panel.plot(x, bound, color="0.35", lw=1, ls="--", label=result.details["bound"])
+    if limited in result.bounds and limited not in open_ends:
+        least_x = result.bounds[limited]
+        panel.axvline(least_x, color="0.35", lw=1, ls=":", label="proven: none is left of it")
+    for name, line in ((limited, panel.axvline), (least, panel.axhline)):
+        if name in open_ends:
+            label = f"open end at {open_ends[name]:.6g}: no motion attains it"
+            line(open_ends[name], color=COLOURS[3], lw=1.2, ls="-.", label=label)
 
 
 def _heights(panel: Axes, y: Array, bound: Array, known: float) -> tuple[float, float]:

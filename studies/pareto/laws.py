@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from studies.common.comparison_table import TableRow
 from studies.pareto.columns import FrontAxis
@@ -28,12 +28,20 @@ def laws_in(truss: TrussStudy, duration: float) -> tuple[Deployment, Deployment]
 
 
 def compared(
-    truss: TrussStudy, traded: Sequence[str], motions: Sequence[Deployment]
+    truss: TrussStudy,
+    traded: Sequence[str],
+    motions: Sequence[Deployment],
+    limits: Mapping[str, float] | None = None,
 ) -> tuple[tuple[TableRow, ...], dict[str, float]]:
-    """Table of some motions and laws, and the proven bounds of the objectives that are traded."""
+    """Table of some motions and laws, and the proven bounds of the objectives that are traded.
+
+    Parameters
+    ----------
+    limits : of objectives, that no motion attains.
+    """
     minimised = [name for name in traded if name in OBJECTIVES]
     free = dataclasses.replace(truss, minimise=minimised)
-    lowest = lower_bounds(free, None)
+    lowest = {**lower_bounds(free, None), **(limits or {})}
     bounds = {key: bound for key, bound in lowest.items() if key in minimised}
     return table_rows(free, motions, lowest), bounds
 

@@ -27,7 +27,7 @@ from studies.pareto.laws import DRAWN, axis_of, broken_titles, compared, laws_in
 from studies.pareto.motions import motion_series
 from studies.pareto.truss import TrussFront
 from studies.pareto.verdict import checks_of_points, front_verdict
-from studies.pareto.words import dominated_law, front_in_words
+from studies.pareto.words import dominated_law, front_in_words, open_end_in_words
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
 
@@ -145,12 +145,13 @@ def _result(
     chosen = front.points[_chosen(front)]
     laws = laws_in(subject.truss, chosen.motion.deployment.law.duration)
     motion = _named(chosen, "knee" if front.knee is not None else "middle")
+    traded, open_ends = (subject.limited, subject.least), subject.open_ends
     ends = [
-        _named(front.points[0], f"least {_short(subject.limited)}"),
-        _named(front.points[-1], f"least {_short(subject.least)}"),
+        _named(point, f"{'near ' * (name in open_ends)}least {_short(name)}")
+        for point, name in zip((front.points[0], front.points[-1]), traded, strict=True)
     ]
-    traded = subject.limited, subject.least
-    table, proven = compared(study.truss, traded, [motion, *ends, *laws])
+    limits = {name: limit.value for name, limit in open_ends.items()}
+    table, proven = compared(study.truss, traded, [motion, *ends, *laws], limits)
     also_found = tuple(end.name for end in ends)
 
     return Result(
@@ -176,6 +177,11 @@ def _result(
         remarks=(
             *front_in_words(front, *axes),
             *(
+                open_end_in_words(limit.sentence, limit.value, end.values[name])
+                for end, name in zip(ends, traded, strict=True)
+                if (limit := open_ends.get(name)) is not None
+            ),
+            *(
                 dominated_law(
                     front,
                     law.name,
@@ -189,6 +195,7 @@ def _result(
         ),
         details={
             **front_details(front, *axes),
+            "open_ends": limits,
             "solves": subject.solves,
             "iterations": sum(point.motion.solution.iterations for point in front.points),
         },

@@ -45,6 +45,7 @@ from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.caps import CAPPED, cap_on
+from studies.truss.limits.feasibility import Unattained
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
 from studies.truss.motions.starts import start_from_law
@@ -174,7 +175,9 @@ class TrussFront:
         self.closer = replace(self.settings, accuracy=Accuracy(objective=ACCURACY.objective))
 
     def check(self) -> None:
-        """Refuse what no motion meets, and an objective that no motion minimises.
+        """Refuse what no motion meets.
+
+        A least value that no motion attains is an open end of the front, see `open_ends`.
 
         Raises
         ------
@@ -183,10 +186,21 @@ class TrussFront:
         """
         for name in (self.limited, self.least):
             if name in OBJECTIVES:
-                Search(self.minimising(name), self.console).check()
+                Search(self.minimising(name), self.console).check_feasible()
         if self.study.pareto.range is not None:
             for limit in self.study.pareto.range:
-                Search(self.at(limit), self.console).check()
+                Search(self.at(limit), self.console).check_feasible()
+
+    @functools.cached_property
+    def open_ends(self) -> dict[str, Unattained]:
+        """Least values of the two objectives that no motion attains, by objective."""
+        found = {}
+        for name in (self.limited, self.least):
+            if name in OBJECTIVES:
+                search = Search(self.minimising(name), self.console)
+                if (least := search.unattained) is not None:
+                    found[name] = least
+        return found
 
     def minimising(self, name: str) -> TrussStudy:
         """The study with an objective of its own, and no limit."""

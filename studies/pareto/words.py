@@ -38,6 +38,19 @@ def front_in_words(front: Front, x: FrontAxis, y: FrontAxis) -> tuple[str, ...]:
     return (*sentences, *priced)
 
 
+def open_end_in_words(sentence: str, value: float, nearest: float) -> str:
+    """That no motion attains an end of a front.
+
+    Parameters
+    ----------
+    sentence : of the limit, and why it is not attained.
+    value : the limit.
+    nearest : of the points of the front.
+    """
+    above = f"{100 * (nearest / value - 1):.2g} %"
+    return f"An end of the front is open: {sentence}; the nearest point is {above} above it."
+
+
 def price_at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:
     """What a second, or a hundredth of the limit, saves at a point."""
     saved = price_in_words(point.limit, point.slope, x, y, of_a_time=1.0)

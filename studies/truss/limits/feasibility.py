@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from models.laws import least_jerk_cap
@@ -53,8 +54,6 @@ def check_feasible(
     _check_mechanism(study)
     _check_tension(study)
     _check_pull(study)
-    _check_time_is_best(study)
-    _check_speed_is_best(study)
     cap = force_cap(study)
     if cap is not None:
         _check_end_forces(study, cap)
@@ -69,12 +68,33 @@ def check_feasible(
     _check_motor(study, least_pull)
 
 
-def check_attained(
+@dataclass(frozen=True)
+class Unattained:
+    """A least value that no motion attains, although some come as near to it as one likes.
+
+    Attributes
+    ----------
+    value : the limit, in the unit of what is minimised.
+    sentence : what it is, and why it is not attained.
+    remedy : what makes it attained, or keeps a study away from it.
+    """
+
+    value: float
+    sentence: str
+    remedy: str
+
+    @property
+    def refusal(self) -> StudyError:
+        """What is raised where an optimum is asked for."""
+        return _infeasible(f"no motion is best: {self.sentence}; {self.remedy}")
+
+
+def unattained(
     study: TrussStudy,
     least_force: Callable[[], LeastForce],
     least_pull: Callable[[], LeastForce] | None = None,
-) -> None:
-    """Raise StudyError where the least force is a limit that no motion attains.
+) -> Unattained | None:
+    """The least value of a study's only objective where no motion attains it; None elsewhere.
 
     Parameters
     ----------
@@ -82,19 +102,14 @@ def check_attained(
         As of `check_feasible`; called only where the force is all that is minimised.
     """
     objective, *others = study.minimise[0]
+    if others:
+        return None
+    if objective == "time":
+        return _unattained_time(study)
+    if objective == "peak-rope-speed":
+        return _unattained_speed(study)
     found = {"peak-force": least_force, "peak-motor-force": least_pull}.get(objective)
-    if others or found is None or study.jerk_limited:
-        return
-    try:
-        least = found()
-    except StudyError:  # it gives no bound here, which is said beside the result
-        return
-    # a cap that the motion near the limit keeps anyway changes nothing
-    if not least.attained and keeps_the_caps(study, least.motion):
-        raise _infeasible(
-            f"no motion is best: {least.sentence}; cap the jerk, or take less than "
-            f"{down(least.motion.duration, 3)} s"
-        )
+    return None if found is None else _unattained_force(study, found)
 
 
 def _infeasible(sentence: str) -> StudyError:
@@ -202,31 +217,54 @@ def _check_mechanism(study: TrussStudy) -> None:
 _SLOWING = ("acceleration", "jerk", "rope_acceleration", "rope_jerk", "reaction", "force")
 
 
-def _check_speed_is_best(study: TrussStudy) -> None:
-    """Refuse the least rope speed where none is attained: a jump to the mean speed and back."""
-    caps = study.caps
-    slowed = any(getattr(caps, name) is not None for name in _SLOWING)
-    if study.minimise[0].keys() != {"peak-rope-speed"} or slowed:
-        return
+def _unattained_speed(study: TrussStudy) -> Unattained | None:
+    """The least rope speed where nothing slows the rope: a jump to the mean speed and back."""
+    if any(getattr(study.caps, name) is not None for name in _SLOWING):
+        return None
     mean = rope_travel(study.truss) / study.duration[1]
-    raise _infeasible(
-        f"no motion is best: the least peak rope speed is {mean:.6g} m/s, the mean, a limit that "
-        "no motion attains without jumps; cap the rope's acceleration"
+    return Unattained(
+        mean,
+        f"the least peak rope speed is {mean:.6g} m/s, the mean, a limit that no motion attains "
+        "without jumps",
+        "cap the rope's acceleration",
     )
 
 
-def _check_time_is_best(study: TrussStudy) -> None:
-    """Refuse the least time where none is attained: one blow, then braking without a pull."""
+def _unattained_time(study: TrussStudy) -> Unattained | None:
+    """The least time where nothing slows the rope: one blow, then braking without a pull."""
     caps, low = study.caps, study.duration[0]
     slowed = any(getattr(caps, name) is not None for name in (*_SLOWING, "power"))
-    if study.minimise[0].keys() != {"time"} or slowed or force_cap(study) is not None:
-        return
+    if slowed or force_cap(study) is not None:
+        return None
     least = least_time_of_pull(study.truss, caps, None, low)
-    if least > low:
-        raise _infeasible(
-            f"no motion is best: the least time is about {least:.4g} s, a limit that no motion "
-            "attains without a jump of the speed; cap the rope force, the acceleration or the jerk"
-        )
+    if least <= low:
+        return None
+    return Unattained(
+        least,
+        f"the least time is about {least:.4g} s, a limit that no motion attains without a jump of "
+        "the speed",
+        "cap the rope force, the acceleration or the jerk",
+    )
+
+
+def _unattained_force(
+    study: TrussStudy, least_force: Callable[[], LeastForce]
+) -> Unattained | None:
+    """The least force where its motion would rest in an unstable equilibrium."""
+    if study.jerk_limited:
+        return None
+    try:
+        least = least_force()
+    except StudyError:  # it gives no bound here, which is said beside the result
+        return None
+    # a cap that the motion near the limit keeps anyway changes nothing
+    if least.attained or not keeps_the_caps(study, least.motion):
+        return None
+    return Unattained(
+        least.force,
+        least.sentence,
+        f"cap the jerk, or take less than {down(least.motion.duration, 3)} s",
+    )
 
 
 def force_cap(study: TrussStudy) -> float | None:

@@ -21,10 +21,11 @@ from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.feasibility import (
-    check_attained,
+    Unattained,
     check_feasible,
     force_cap,
     motor_force_cap,
+    unattained,
 )
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
@@ -214,9 +215,24 @@ class Search:
         StudyError
             With the nearest value that works.
         """
-        bounds = (lambda: self.least_force), (lambda: self.least_pull)
-        check_feasible(self.study, *bounds)
-        check_attained(self.study, *bounds)
+        self.check_feasible()
+        if self.unattained is not None:
+            raise self.unattained.refusal
+
+    def check_feasible(self) -> None:
+        """Refuse caps that no motion meets.
+
+        Raises
+        ------
+        StudyError
+            With the nearest value that works.
+        """
+        check_feasible(self.study, lambda: self.least_force, lambda: self.least_pull)
+
+    @functools.cached_property
+    def unattained(self) -> Unattained | None:
+        """The least value of the only objective where no motion attains it."""
+        return unattained(self.study, lambda: self.least_force, lambda: self.least_pull)
 
     def run(self) -> BestMotion:
         """Search, first without forces where they do not matter, and report the best.

@@ -1,5 +1,7 @@
 """What a front becomes: series, sentences, a picture; and, slowly, a front of the truss."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from studies.common.result import Result, Verdict
 from studies.export.source import with_motion
 from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
 from studies.pareto.figures import draw
-from studies.pareto.words import dominated_law, front_in_words, price_at
+from studies.pareto.words import dominated_law, front_in_words, open_end_in_words, price_at
 from studies.report.page import shown
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of_result, study_of
@@ -54,6 +56,19 @@ def test_the_words_say_ends_knee_gap_and_prices():
     across = FrontAxis("peak-acceleration", "acceleration", "rad/s^2")
     point = FrontPoint(0.2, 0.2, 20.0, -5.0, "up", False, 0.0, None)
     assert "0.002 rad/s^2 (1 %) more of acceleration saves 0.01 N" in price_at(point, across, Y)
+
+
+def test_an_open_end_is_said_and_drawn_with_its_number():
+    words = open_end_in_words("the least is 0.2 N, a limit that no motion attains", 0.2, 0.222)
+    assert words == (
+        "An end of the front is open: the least is 0.2 N, a limit that no motion attains; the "
+        "nearest point is 11 % above it."
+    )
+    found = result()
+    details = {**found.details, "open_ends": {"peak-force": 0.2}}
+    [(_, figure)] = draw(dataclasses.replace(found, details=details))
+    labels = figure.axes[0].get_legend_handles_labels()[1]
+    assert "open end at 0.2: no motion attains it" in labels
 
 
 @pytest.mark.parametrize(
