@@ -21,7 +21,7 @@ help:
 	@echo "make test       fast tests"
 	@echo "make test-slow  slow tests"
 	@echo "make lint       formatting, lint, types, import rule"
-	@echo "make benchmark  time to build a problem; fifteen problems with known optima"
+	@echo "make benchmark  fifteen problems with known optima"
 	@echo "make regression values, iterations and certificates beside those of benchmarks/baseline.json"
 	@echo "make race       the engine beside other tools, each in an environment of its own"
 	@echo "make exudyn     the simulator of flexible links beside Exudyn, which is installed first"
@@ -68,7 +68,6 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 benchmark: $(READY)
-	$(BIN)/python -m benchmarks.race --only build
 	$(BIN)/python -m benchmarks.optima
 
 regression: $(READY)

@@ -24,7 +24,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.race",
         description="Each row is a fresh process; medians of interleaved runs. Tables are "
-        "printed, and kept with JSON and figures as soon as a part is done.",
+        "printed, and kept with JSON as soon as a part is done.",
     )
     parser.add_argument(
         "--peers", action="store_true", help="with other tools, each installed on its own first"
@@ -49,7 +49,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.common.folder import open_results
 
     if options.list:
-        console.say("\n".join(f"{name:12} {entry.line}" for name, entry in PARTS.items()))
+        console.say("\n".join(f"{name:12} {line}" for name, (_, line) in PARTS.items()))
         return ExitCode.OK
 
     # All flags are read before the folder is made: bad input leaves nothing behind.
@@ -96,14 +96,10 @@ def _measured(name: str, setup: Setup, folder: ResultsFolder) -> bool:
 
 
 def _report(name: str, record: Measured, console: Console, folder: ResultsFolder) -> None:
-    """Print the tables of a part and write them and its figure."""
+    """Print the tables of a part and write them."""
     text = "\n\n".join(str(table) for table in part(name).tables(record))
     console.say(f"\n{text}")
     folder.file(f"{name}.txt").write_text(f"{text}\n", "utf-8")
-
-    figure = part(name).draw(record)
-    if figure is not None:
-        figure.savefig(folder.file(f"{name}.png"))
 
 
 if __name__ == "__main__":

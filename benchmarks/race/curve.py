@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from benchmarks.parts import Measured, Setup
 from benchmarks.race.contestants import PROBLEMS, taking_part
 from benchmarks.race.medians import TITLES, error_cells
 from studies.common.console import Table, number
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def measure(setup: Setup) -> Iterator[Measured]:
@@ -48,10 +44,3 @@ def _cells(row: Measured) -> tuple[str, ...]:
     seconds = (number(row["medians"][column], 3) for column in ("solve", "process"))
     verdict = "right" if row["right"] else row["why not"]
     return (row["title"], str(row["size"]), *seconds, *error_cells(row["check"]), verdict)
-
-
-def draw(record: Measured) -> Figure:
-    """Draw the error of the peak or the excess of a cap, whichever is larger, against seconds."""
-    from benchmarks.race.plots import curves
-
-    return curves(record["rows"], TITLES)

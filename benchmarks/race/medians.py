@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchmarks.parts import Measured, Setup
 from benchmarks.race.contestants import BASELINES, OURS, PEERS, PROBLEMS, taking_part
 from studies.common.console import Table, number
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLES = {
     "A": "A: T = 140 s, |jerk| <= 124.2192/T^3, least peak acceleration 3.417562e-4 rad/s^2",
@@ -109,10 +106,3 @@ def _least(medians: Iterable[Mapping[str, Any]], column: str) -> float | None:
 
 def _quotient(above: float | None, below: float | None) -> float | None:
     return None if above is None or not below else above / below
-
-
-def draw(record: Measured) -> Figure:
-    """Draw the seconds of each contestant."""
-    from benchmarks.race.plots import bars
-
-    return bars(record["rows"], TITLES)

@@ -1,1 +1,1 @@
-"""Parts that measure our own code alone: growth, memory, imports, problems with known optima."""
+"""Parts of the race that measure our own code alone: growth, families, repeats, imports."""

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.parts import PARTS, Measured, Setup, part
 from benchmarks.race import medians
 from benchmarks.race.__main__ import main
-from benchmarks.speed.parts import imports
+from benchmarks.speed import imports
 from studies.common.console import Table
 
 
@@ -42,7 +42,6 @@ def test_what_was_measured_before_an_interruption_is_kept(
 
     monkeypatch.setattr(medians, "measure", measure)
     monkeypatch.setattr(medians, "tables", lambda record: [Table("T", ("s",), [("1",)])])
-    monkeypatch.setattr(medians, "draw", lambda record: None)
     out = tmp_path / "out"
     arguments = ["--only", "race", "--repeats", "2", "--results", str(out)]
     assert main(arguments) == 130
@@ -54,16 +53,9 @@ def test_what_was_measured_before_an_interruption_is_kept(
 def test_every_part_has_what_a_part_needs(capsys: pytest.CaptureFixture[str]) -> None:
     for name in PARTS:
         module = part(name)
-        assert all(callable(getattr(module, verb)) for verb in ("measure", "tables", "draw"))
+        assert all(callable(getattr(module, verb)) for verb in ("measure", "tables"))
     assert main(["--list"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == len(PARTS)
-
-
-@pytest.mark.parametrize("name", ["growth", "modules", "elements", "benchmarks", "arm"])
-def test_a_failed_measurement_is_a_row_that_says_so(name: str) -> None:
-    record = {"rows": [{"value": 7, "runs": [], "failure": "not done after 1 s"}]}
-    (table,) = part(name).tables(record)
-    assert "not done after 1 s" in str(table)
 
 
 def test_imports_are_summed_by_package() -> None:

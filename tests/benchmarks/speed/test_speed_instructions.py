@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.parts import Setup
-from benchmarks.speed.parts import instructions
+from benchmarks.speed import instructions
 from studies.common.console import Console
 
 # f of one library calls g of another: 7 + 5 instructions of its own, 30 of g that were called
@@ -57,7 +57,6 @@ def test_a_machine_without_valgrind_is_told(
     assert "no-such-tool" in said.getvalue()
     (table,) = instructions.tables(record)
     assert not table.rows
-    instructions.draw(record)
 
 
 @pytest.mark.slow

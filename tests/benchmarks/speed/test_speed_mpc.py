@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.speed.parts import mpc
+from benchmarks.speed import mpc
 from studies.common.exit_codes import StudyError
 
 PINNED = (-0.69073285, 1.40538906, -3.01075487, -3.48280400)  # [m, rad, m/s, rad/s]

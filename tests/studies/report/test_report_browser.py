@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from benchmarks.page.chromium import browser_tab, find_chromium
 from models.truss import ring_positions
 from studies.common.result import Result, Series
 from studies.report.page import page
 from studies.truss import study_from
+from tests.studies.report.chromium import browser_tab, find_chromium
 
 CHROMIUM = find_chromium()
 pytestmark = [

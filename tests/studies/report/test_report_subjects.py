@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 import studies.flex
-from benchmarks.page.chromium import browser_tab, find_chromium
 from models.ancf.integrate import StepControl
 from studies.arm import ArmStudy, SequenceStudy
 from studies.arm import run as run_arm
@@ -27,6 +26,7 @@ from studies.common.console import Console
 from studies.report.page import page, shown
 from studies.truss import run as run_truss
 from studies.truss import study_from as truss_study_from
+from tests.studies.report.chromium import browser_tab, find_chromium
 
 CHROMIUM = find_chromium()
 SUBJECTS = ("force", "arm", "sequence", "pendulum")

@@ -12,16 +12,13 @@ import statistics
 import subprocess
 import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchmarks.parts import Measured, Setup
 from benchmarks.processes import BYTECODE
 from benchmarks.records import ROOT
 from studies.common.console import Table, number
 from studies.common.exit_codes import StudyError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 STARTS = {
     "antenna-ocp --help": ("-m", "studies.cli", "--help"),
@@ -102,12 +99,3 @@ def ratio(record: Measured) -> float:
     """Of the medians of the two starts in `RATIO`."""
     ours, base = (statistics.median(record["starts"][name]["seconds"]) for name in RATIO[:2])
     return float(ours / base)
-
-
-def draw(record: Measured) -> Figure:
-    """Draw a bar for each start."""
-    from benchmarks.speed.plots import labelled_bars
-
-    names = list(record["starts"])
-    seconds = [statistics.median(record["starts"][name]["seconds"]) for name in names]
-    return labelled_bars("Time to start", names, seconds, "processor time [s], median")

@@ -24,8 +24,6 @@ from studies.common.console import Table, number
 from studies.common.exit_codes import StudyError
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ocp.arrays import Array
 
 Controller = Callable[["Array"], float]  # force [N] at a state
@@ -256,11 +254,3 @@ def tables(record: Measured) -> list[Table]:
     )
     head = ("controller", "first step [ms]", "median [ms]")
     return [Table(f"A cart-pole controlled in {STEPS} steps", head, rows, notes)]
-
-
-def draw(record: Measured) -> Figure:
-    """Draw the seconds of each step."""
-    from benchmarks.speed.plots import points
-
-    curves = {name: (range(len(each)), each) for name, each in record["seconds"].items()}
-    return points("Model predictive control", "step", "processor time [s]", curves)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from time import process_time
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from benchmarks.race.rows.row import memory
-from ocp import Between, Control, Phase, Problem, State, certify, joined, solve
+from ocp import Between, Control, Phase, Problem, State, joined
 
 CONDUCTIVITY = 1.0  # length^2 / s of a rod of length 1
 TARGET, HOTTEST = 1.0, 1.2  # temperatures above the start
@@ -69,24 +66,3 @@ def slalom(phases: int) -> Problem:
         )
     links = [link for a, b in pairwise(legs) for link in joined(a, b)]
     return Problem("slalom", tuple(legs), minimise=legs[-1].end_time, links=links)
-
-
-def solve_whole(problem: Problem) -> dict[str, Any]:
-    """Default settings: refinement, replay and certificate, each with its processor seconds."""
-    begin, imported = process_time(), memory()
-    solution = solve(problem)
-    solved = process_time()
-    certificate = certify(solution)
-    rounds = solution.mesh_iterations
-    return {
-        "solve": solved - begin,
-        "certificate": process_time() - solved,
-        "certified": certificate.passed,
-        "rounds": len(rounds),
-        "intervals": rounds[-1].intervals,
-        "unknowns": int(solution.kept_iterate.x.size),
-        "iterations": sum(entry.iterations for entry in rounds),
-        "work": sum(entry.iterations * entry.intervals for entry in rounds),
-        "objective": solution.objective,
-        "imports": imported,
-    }

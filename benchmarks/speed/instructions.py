@@ -16,7 +16,7 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchmarks.parts import Measured, Setup
 from benchmarks.processes import THREADS
@@ -24,9 +24,6 @@ from benchmarks.race.contestants import PROBLEMS, ROWS
 from benchmarks.records import ROOT
 from studies.common.console import Table, number
 from studies.common.exit_codes import StudyError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TOOL = "valgrind"
 IMPORTS = "imports alone"
@@ -154,17 +151,3 @@ def tables(record: Measured) -> list[Table]:
 
 def _row(name: str, counts: list[Any]) -> tuple[str, ...]:
     return (name, *(number(count / 1e9, 3) for count in (*counts, sum(counts))))
-
-
-def draw(record: Measured) -> Figure:
-    """Draw a bar for each problem and owner."""
-    from benchmarks.speed.plots import labelled_bars
-
-    shares = [
-        (f"{name}: {owner}", count / 1e9)
-        for name, each in record["counts"].items()
-        for owner, count in each.items()
-        if count > 1e-3 * sum(each.values())
-    ]
-    names, counts = [name for name, _ in shares], [count for _, count in shares]
-    return labelled_bars("Instructions", names, counts, "thousand million")

@@ -24,8 +24,6 @@ from benchmarks.race.rows.problems import DURATION, END, JERK_CAP, START
 from studies.common.console import Table, number
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ocp import Constant, Problem, Solution
 
 MEMBERS = 100
@@ -218,19 +216,3 @@ def tables(record: Measured) -> list[Table]:
     )
     title = f"Problem A for {members} jerk caps, {LEAST:g} to {MOST:g} times its own"
     return [Table(title, ("", ""), rows, notes)]
-
-
-def draw(record: Measured) -> Figure:
-    """Draw the seconds of each member."""
-    from benchmarks.speed.plots import points
-
-    each = record["family"] / len(record["caps"])
-    verified = [each + row["seconds"] for row in record["verified"]]
-    cold = [row["seconds"] for row in record["cold"]]
-    relative = [cap / JERK_CAP["A"] for cap in record["caps"]]
-    return points(
-        "Problem A for many jerk caps",
-        "jerk cap / that of A",
-        "processor time of a member [s]",
-        {"cold": (relative, cold), "in a family, verified": (relative, verified)},
-    )

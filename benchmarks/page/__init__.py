@@ -1,1 +1,0 @@
-"""How fast a report opens and moves in a real browser."""
