@@ -77,7 +77,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     kept = _opened(options.output, options.fresh)
     for place, name in enumerate(wanted, start=1):
         if name not in kept.records:
-            kept = kept.with_record(_measured(name))
+            kept = kept.with_record(solved_apart(name))
             if options.output is not None:
                 kept.write(options.output)
             console.progress(f"{place} of {len(wanted)}: {_line(kept.records[name])}")
@@ -141,7 +141,7 @@ def _opened(output: Path | None, fresh: bool) -> RecordFile:
     return kept
 
 
-def _measured(name: str) -> Record:
+def solved_apart(name: str) -> Record:
     """The record of a case, solved in a process of its own; a crash is a record too."""
     command = (sys.executable, "-m", "benchmarks.cases", name)
     environment = {"PYTHONPATH": str(ROOT), CORE_TYPE: os.environ.get(CORE_TYPE, KERNELS)}

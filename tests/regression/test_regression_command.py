@@ -34,7 +34,7 @@ def test_a_case_is_solved_kept_and_compared(
     assert "bryson_denham" in capsys.readouterr().out
 
     # what is kept is not solved again, and equals itself
-    monkeypatch.setattr(regression, "_measured", pytest.fail)
+    monkeypatch.setattr(regression, "solved_apart", pytest.fail)
     arguments = ["bryson_denham", "--output", str(output), "--against", str(output)]
     assert regression.main(arguments) == 0
     assert "nothing became worse" in capsys.readouterr().out
@@ -72,7 +72,7 @@ def test_records_of_another_commit_are_not_continued(
     RecordFile({**provenance(), "commit": "another"}, {}).write(output)
     assert regression.main(["bryson_denham", "--output", str(output)]) == 2
     assert "--fresh" in capsys.readouterr().err
-    monkeypatch.setattr(regression, "_measured", lambda name: SOLVED)
+    monkeypatch.setattr(regression, "solved_apart", lambda name: SOLVED)
     monkeypatch.setattr(regression, "names", lambda: ("one",))
     assert regression.main(["--output", str(output), "--fresh"]) == 0
 
