@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 """Real numbers, of any shape."""
+Flags: TypeAlias = NDArray[np.bool_]
+"""Truth values, of any shape."""
 Places: TypeAlias = NDArray[np.intp]
 """Whole numbers that index another array."""
 

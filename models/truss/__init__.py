@@ -72,6 +72,16 @@ from models.truss.rope import (
     rope_leverage,
     tension_ratios,
 )
+from models.truss.rope_stiffness import (
+    LeastStiffness,
+    RopeYields,
+    least_rope_stiffness,
+    rope_mode_frequency,
+    rope_taken,
+    stretching_ratio,
+    yielding_tension,
+)
+from models.truss.rope_swing import RopeSwing, rope_swing
 from models.truss.shear import module_shear
 
 __all__ = [
@@ -83,9 +93,12 @@ __all__ = [
     "ForceCoefficients",
     "InertiaLoads",
     "JointMasses",
+    "LeastStiffness",
     "Net",
     "NodeMotion",
     "RingForces",
+    "RopeSwing",
+    "RopeYields",
     "StaticPeak",
     "TrussMotion",
     "TrussParameters",
@@ -108,6 +121,7 @@ __all__ = [
     "largest_bar_force",
     "least_peak_reaction",
     "least_peak_rope_acceleration",
+    "least_rope_stiffness",
     "linear_momentum",
     "mean_tension_ratio",
     "module_shear",
@@ -127,7 +141,10 @@ __all__ = [
     "rope_jerk",
     "rope_length",
     "rope_leverage",
+    "rope_mode_frequency",
     "rope_speed",
+    "rope_swing",
+    "rope_taken",
     "rope_travel",
     "slider_distance",
     "slider_distance_curvature",
@@ -135,7 +152,9 @@ __all__ = [
     "slider_distance_third",
     "static_force",
     "static_peak",
+    "stretching_ratio",
     "tension_ratios",
     "total_mass",
     "with_symbols",
+    "yielding_tension",
 ]

@@ -39,7 +39,7 @@ class Stretch:
     ----------
     derivatives : maps times (m,) to the rope's stretch since the stowed truss was at rest, with
         three derivatives, (4, m) [m].
-    missed : the most of the mean tension that it does not account for [N]: a step takes no time.
+    missed : the most of the tension that it does not account for [N]: a step takes no time.
     on_the_drum : about the most that it leaves out [m]: hauled in, a rope keeps the stretch that
         it had at the motor.
     """

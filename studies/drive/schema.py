@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from models.truss import RopeYields
 from studies.common.configuration import (
     check,
     choice,
@@ -25,6 +26,7 @@ from studies.common.configuration import (
 from studies.common.exit_codes import StudyError, quoted
 from studies.drive.drum import Drum
 
+ROPE_YIELDS = ("at the motor", "along its length")
 INTERPOLATIONS = ("hold", "linear", "hermite", "spline", "quintic")
 FEWEST_COUNTS = 100.0  # over the travel: fewer resolve no motion worth optimising
 
@@ -94,7 +96,9 @@ class Drive:
     motor_speed, motor_torque : limits of one motor's shaft [rad/s, N m]; a rope has a motor.
     motor_inertia : of one motor's rotor about its shaft [kg m^2].
     torque_speed : corners (speed, torque) of what one motor can do [rad/s, N m], by rising speed.
-    rope_stiffness : of one rope [N/m]; the stretch under its tension is then hauled in beforehand.
+    rope_stiffness : of one rope [N/m], the motor's pull per metre hauled in while the truss stands;
+        exports haul the stretch in beforehand.
+    rope_yields : where it gives; along its length, the mean tension stretches it and not the pull.
     tension_ramp : over which that tension is averaged, since no motor follows a step of it [s].
     start_dwell, end_dwell : rest before and after the motion [s].
     ropes : axes in one table, which all get the same motion.
@@ -152,7 +156,15 @@ class Drive:
         _corners, "rad/s, N m", "corners [speed, torque] of what one motor can do, by rising speed"
     )
     rope_stiffness: float | None = optional_key(
-        positive, "N/m", "of one rope; its stretch is hauled in as a feed-forward"
+        positive,
+        "N/m",
+        "of one rope: pull of the motor per metre hauled in; exports haul in the stretch, too",
+    )
+    rope_yields: RopeYields = key(
+        choice(ROPE_YIELDS),
+        "",
+        f"where the rope gives: {' or '.join(ROPE_YIELDS)}, of which its mean tension counts",
+        default="at the motor",
     )
     tension_ramp: float | None = optional_key(
         positive,

@@ -1,7 +1,8 @@
 """The stretch of a rope that yields under its tension, hauled in beforehand.
 
-The pulleys take of the motor's pull, so that the tension falls along the rope. What counts is its
-mean over the length of the rope.
+A drive that gives at the motor is stretched by the motor's pull. The pulleys take of that pull, so
+that the tension falls along the rope: what counts for a rope that gives along its length is its
+mean over that length.
 A step of the tension would need an infinite speed of the motor. So the stretch that is hauled in is
 that of a tension which is averaged twice over a time, the ramp: it has a speed and an acceleration.
 At the start the average looks back, at the end it looks ahead. So the motor rests at both.
@@ -18,8 +19,9 @@ from models.truss import TrussParameters, rope_length
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.drive.course import SAMPLES, Course, Stretch
-from studies.drive.playback import on_the_truss
+from studies.drive.playback import TrussPlayback, on_the_truss
 from studies.drive.schema import Drive
+from studies.drive.snap_through import check_rope
 
 PERIODS = 10  # of a ramp, so that straight lines between set-points follow it
 SHARE = 0.05  # of the motion, which a ramp that is not stated takes at most
@@ -36,18 +38,19 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
     Raises
     ------
     StudyError
-        If the ramp is longer than `MOST` of the motion.
+        If the ramp is longer than `MOST` of the motion, or the truss snaps through on its ropes.
     """
     if drive.rope_stiffness is None:
         return course
+    check_rope(truss, drive)
     ramp = _ramp(course, drive)
-    pull = _tension(course, truss, ramp)
+    pull = _tension(course, truss, drive, ramp)
     once = pull.antiderivative()
     twice, slope = once.antiderivative(), pull.derivative()
 
     # time runs faster inside of the average: from a ramp before the start to one after the end
     gain = 1.0 + 2.0 * ramp / course.duration
-    stowed = float(on_the_truss(np.zeros((4, 1)), truss).mean_tension[0])
+    stowed = float(_stretching(on_the_truss(np.zeros((4, 1)), truss), drive)[0])
 
     def averaged(time: Array) -> Array:
         time = np.asarray(time, dtype=float)
@@ -76,7 +79,7 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
         derivatives=lambda time: course.derivatives(time) + rows(time),
         note=f"with the stretch of a rope of {drive.rope_stiffness:g} N/m, "
         f"of a tension averaged twice over {ramp:.4g} s",
-        stretch=Stretch(rows, missed, yielding * _on_the_drum(course, truss)),
+        stretch=Stretch(rows, missed, yielding * _on_the_drum(course, truss, drive)),
     )
 
 
@@ -91,18 +94,18 @@ def _ramp(course: Course, drive: Drive) -> float:
     return drive.tension_ramp
 
 
-def _tension(course: Course, truss: TrussParameters, ramp: float) -> Any:
-    """The mean tension along a rope over time, and that of rest before and after [N].
+def _tension(course: Course, truss: TrussParameters, drive: Drive, ramp: float) -> Any:
+    """The tension that stretches a rope over time, and that of rest before and after [N].
 
     It is a curve through samples on both sides of each switch that adds no overshoot to a step.
     """
     from scipy.interpolate import PchipInterpolator
 
     time = course.grid(SAMPLES)[1:-1]
-    tension = on_the_truss(course.derivatives(time), truss).mean_tension
+    tension = _stretching(on_the_truss(course.derivatives(time), truss), drive)
     ends = course.derivatives(np.array([0.0, course.duration]))
     ends[1:] = 0.0
-    first, last = on_the_truss(ends, truss).mean_tension.tolist()
+    first, last = _stretching(on_the_truss(ends, truss), drive).tolist()
 
     beyond = 2.0 * ramp * np.array([1.0, 1e-9])
     before, after = -beyond, course.duration + beyond[::-1]
@@ -112,12 +115,20 @@ def _tension(course: Course, truss: TrussParameters, ramp: float) -> Any:
     )
 
 
-def _on_the_drum(course: Course, truss: TrussParameters) -> float:
+def _stretching(found: TrussPlayback, drive: Drive) -> Array:
+    """The tension that stretches a rope (m,) [N]."""
+    return found.force if drive.rope_yields == "at the motor" else found.mean_tension
+
+
+def _on_the_drum(course: Course, truss: TrussParameters, drive: Drive) -> float:
     """The most by which tension times share of the rope is off at the motor's drum [N].
 
     The stretch takes the rope on the drum to have the mean tension that the free rope has now. It
     keeps the tension with which it was hauled in. Before the course that is taken as that of rest.
+    A rope that gives at the motor only has no stretch on its drum.
     """
+    if drive.rope_yields == "at the motor":
+        return 0.0
     time = course.grid(SAMPLES)
     motion = course.derivatives(time)
     before = np.zeros((4, SAMPLES))

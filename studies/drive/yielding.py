@@ -3,8 +3,9 @@
 Rounded positions move the motor's end of the rope by some micrometres, e, behind the position loop.
 Near the stowed angle the rope has hardly a lever, so that its end is as heavy as tonnes: a rope
 that cannot stretch would pull and push with tens of newtons. A rope of the stiffness k makes a
-low-pass of it. With the pull F at the motor, the mean tension c F and the mass m = dF / d(rope
-acceleration), the mechanism's end of the rope moves by d, and the pull changes by m d'':
+low-pass of it. With the pull F at the motor, the tension c F that stretches the rope and the mass
+m = dF / d(rope acceleration), the mechanism's end of the rope moves by d, and the pull changes by
+m d'':
 
     m d'' = (k / c) (e - d)  less a small damping
 
@@ -50,7 +51,7 @@ def felt(
         edges = np.linspace(0.0, last, pieces + 1)
     rounding = output.at(edges)[:2] - exact.at(edges)[:2]
 
-    frequency = _frequencies(exact, edges, truss, stiffness_of(drive, truss))
+    frequency = _frequencies(exact, edges, truss, drive)
     rows = followed_in_pieces(_cubics(edges, *rounding), edges, frequency, DAMPING)
     return rows.derivatives(output.time)
 
@@ -63,11 +64,12 @@ def _cubics(edges: Array, values: Array, slopes: Array) -> Array:
     return coefficients
 
 
-def _frequencies(exact: Playback, edges: Array, truss: TrussParameters, stiffness: float) -> Array:
+def _frequencies(exact: Playback, edges: Array, truss: TrussParameters, drive: Drive) -> Array:
     """Natural frequency of the truss on its rope in each piece (pieces,) [rad/s]."""
     stowed = float(rope_length(truss, truss.stowed_angle))
     hauled = exact.at((edges[1:] + edges[:-1]) / 2)[0]
     angle = angle_from_rope_length(truss, stowed - hauled)
     row, (slope, _) = along(truss, angle), rope_slopes(truss, angle)
-    frequency: Array = np.sqrt(stiffness * -slope / (row[3] * row[5]))
+    ratio = 1.0 if drive.rope_yields == "at the motor" else row[5]
+    frequency: Array = np.sqrt(stiffness_of(drive, truss) * -slope / (row[3] * ratio))
     return frequency

@@ -266,7 +266,7 @@ def _of_the_stretch(course: Course, stretch: Stretch) -> dict[str, Any]:
         "largest stretch hauled in beforehand [m]": float(
             np.abs(stretch.derivatives(course.grid(SAMPLES))[0]).max()
         ),
-        "most of the mean tension that it misses at a step [N]": stretch.missed,
+        "most of the tension that it misses at a step [N]": stretch.missed,
         "stretch of the rope on the drum, left out, about [m]": stretch.on_the_drum,
     }
 

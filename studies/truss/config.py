@@ -34,6 +34,7 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError, quoted
 from studies.drive.schema import Drive
+from studies.drive.snap_through import check_rope
 from studies.margin.schema import MarginRequirements
 from studies.truss.limits.caps import (
     MULTIPLE_OF_DURATION,
@@ -239,6 +240,7 @@ class TrussStudy:
             )
 
         check_stated(self.caps, self.objectives, self.drive, self.margin)
+        check_rope(self.truss, self.drive)
         if self.margin is not None:
             self.margin.load_cases(self.truss)  # said before any work
 

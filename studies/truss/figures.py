@@ -30,6 +30,7 @@ from studies.report.subjects.truss import moving_antenna
 from studies.truss.bars import forces_of
 from studies.truss.motions.deployment import Deployment, travel_of
 from studies.truss.motions.laws import deployments_of
+from studies.truss.rope_figure import rope_mode_figure
 
 POINTS = 1201
 MU_SWEEP = (0.0, 0.25, 0.5, 1.0)  # of the truss's own pulley friction
@@ -71,6 +72,8 @@ def all_figures(
     drive = deployments[0].drive
     if drive is not None and drive.drum_radius is not None:
         yield "drive", drive_figure(deployments)
+    if drive is not None and drive.rope_stiffness is not None:
+        yield "rope_mode", rope_mode_figure(deployments[0])
     travels = [(one.name, travel) for one in deployments if (travel := travel_of(one)) is not None]
     if travels:
         yield "margins", margin_figure(travels)

@@ -28,6 +28,7 @@ from studies.truss.limits.bounds import lower_bounds
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
 from studies.truss.motions.laws import knots, law_of_result, paper_laws
+from studies.truss.rope import rope_of
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import Search
 
@@ -92,6 +93,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
         if name in tight
     ]
     margins, bars = margins_of(best.deployment), bars_of(best.deployment, study.caps)
+    rope = rope_of(best.deployment)
     return Result(
         kind="truss",
         question=study.question,
@@ -113,12 +115,13 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
             *best.remarks,
             *bars.sentences,
             *restart_in_words(best.deployment),
+            *rope.sentences,
             *tolerated(study, best.deployment),
             *remarks,
             *_at_the_shortest(study, duration),
             *peaks,
         ),
-        details={**_details(best), **margins.details},
+        details={**_details(best), **margins.details, **rope.details},
         provenance=provenance(),
     )
 

@@ -19,11 +19,13 @@ from models.arrays import elementwise
 from models.laws import AngularMotion, Hermite, Law
 from models.numerics import peaks_in
 from models.truss import (
+    RopeSwing,
     TrussMotion,
     TrussParameters,
     evaluate_motion,
     rope_jerk,
     rope_length,
+    rope_swing,
 )
 from ocp.arrays import Array, Flags
 from studies.drive.motor import motor_speed, motor_torque, rotor_force, shares_of_the_curve
@@ -242,6 +244,14 @@ class Deployment:
             return self.energies.motor
         inertia = self.drive.efficiency * self.drive.motor_inertia
         return self.energies.motor + inertia * shaft[0] ** 2
+
+    @cached_property
+    def rope_swing(self) -> RopeSwing:
+        """What the truss does if the ropes give and the motor hauls in what the law takes."""
+        stated = self.drive
+        assert stated is not None
+        assert stated.rope_stiffness is not None
+        return rope_swing(self.truss, self.law, stated.rope_stiffness, stated.rope_yields)
 
     def _of_the_motor(self, truss: TrussMotion) -> dict[str, Array]:
         """Force, speed, torque and load of one motor; empty without a drum."""

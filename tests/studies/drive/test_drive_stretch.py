@@ -26,10 +26,11 @@ RUBBED = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01)
 LAW = JerkLimited(10.0, DYNAMIC_SET.stowed_angle, math.pi / 2, jerk=0.2).profile
 RIGID = rope_course(LAW, RUBBED)
 K = 500.0  # [N/m]
+ALONG = {"rope_stiffness": K, "rope_yields": "along its length"}
 
 
 def test_pulleys_take_their_share_of_the_stretch() -> None:
-    course = stretched(RIGID, RUBBED, Drive(rope_stiffness=K, tension_ramp=1e-3))
+    course = stretched(RIGID, RUBBED, Drive(**ALONG, tension_ramp=1e-3))
 
     def by_segments(time: float) -> float:
         """Sum over the segments of tension times length over that of the whole rope [N]."""
@@ -54,7 +55,7 @@ def test_pulleys_take_their_share_of_the_stretch() -> None:
 
 def test_the_rope_on_the_drum_keeps_what_it_had_at_the_motor() -> None:
     # the rope by itself: its segments now, and on the drum the pull of each moment
-    course = stretched(RIGID, RUBBED, Drive(rope_stiffness=K, tension_ramp=1e-3))
+    course = stretched(RIGID, RUBBED, Drive(**ALONG, tension_ramp=1e-3))
     time = np.linspace(0.0, 10.0, 4001)
     hauled, found = RIGID.derivatives(time)[0], on_the_truss(RIGID.derivatives(time), RUBBED)
     whole = float(rope_length(RUBBED, RUBBED.stowed_angle))

@@ -27,7 +27,13 @@ TRUSS = dataclasses.replace(  # large and on soft springs: it has hardly any ten
 )
 LAW = JerkLimited(60.0, TRUSS.stowed_angle, math.pi / 2, jerk=200.0 / 60.0**3).profile
 COURSE = rope_course(LAW, TRUSS)
-DRIVE = Drive(drum_radius=0.02, counts=65536, interpolation="hermite", bandwidth=5.0)
+DRIVE = Drive(
+    drum_radius=0.02,
+    counts=65536,
+    interpolation="hermite",
+    bandwidth=5.0,
+    rope_yields="along its length",
+)
 
 
 def mass_and_share(hauled: float) -> tuple[float, float]:

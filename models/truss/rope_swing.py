@@ -1,0 +1,220 @@
+"""What a truss does on a rope that gives, while the motor hauls in what a law takes of a rigid one.
+
+    J alphaddot + J' alphadot^2 / 2 + D alphadot + U' = T1 f,    T1 = k (h - s(alpha)) / c
+
+with h(t) = s(law) and the stretch that the stowed truss at rest needs; symbols as in
+`models.truss.rope_stiffness`. A slack rope does not push: T1 is never negative. Where the truss
+swings back the friction of the pulleys keeps its sense, which a rope at its turn does not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from models.arrays import Array, Flags, elementwise
+from models.errors import ModelError
+from models.laws.motion import Law
+from models.numerics import gauss_legendre
+from models.truss.dynamics import angular_acceleration, rope_force, static_force
+from models.truss.inertia import kinetic_energy
+from models.truss.kinematics import rope_speed
+from models.truss.parameters import TrussParameters
+from models.truss.potential import potential_slope
+from models.truss.rope import rope_leverage
+from models.truss.rope_stiffness import (
+    RopeYields,
+    rope_mode_frequency,
+    rope_taken,
+    stretching_ratio,
+    yielding_tension,
+)
+
+SAMPLES = 4001  # of a swing: a hundred to a period of 12 Hz in a motion of 3 s
+TAIL = 10  # periods of the open truss that are watched after the motor has stopped
+TOLERANCE = 1e-8  # of the integrator, relative; in angle and speed also absolute
+_CELLS, _NODES = 400, 4  # of the quadrature of what is left; a rope may become slack in one
+_GRID = 401  # of angles, on which a rest is looked for: 0.06 deg apart
+_NEAR = 0.2  # [rad] about the end of a law, in which the truss comes to rest on a rope that is held
+
+
+@dataclass(frozen=True, eq=False)
+class RopeSwing:
+    """Motion of a truss on a rope that gives; arrays are (m,).
+
+    Attributes
+    ----------
+    time : [s], from the start of the law to some periods after its end.
+    angle, speed : of the truss [rad, rad/s].
+    tension : T1 [N], zero where the rope is slack.
+    meant_angle, meant_tension : of the law on a rigid rope [rad, N]; after its end those of rest.
+    rest_angle : at which the truss comes to rest with the motor held [rad].
+    energy_left : when the motor stops, above that of this rest [J].
+    slack : time for which the rope is slack [s].
+    backward : time for which the truss moves back [s].
+    """
+
+    time: Array
+    angle: Array
+    speed: Array
+    tension: Array
+    meant_angle: Array
+    meant_tension: Array
+    rest_angle: float
+    energy_left: float
+    slack: float
+    backward: float
+
+    @property
+    def angle_miss(self) -> float:
+        """Largest deviation from the angle of the law [rad]."""
+        return float(np.abs(self.angle - self.meant_angle).max())
+
+    @property
+    def force_miss(self) -> float:
+        """Largest deviation from the motor force of the law on a rigid rope [N]."""
+        return float(np.abs(self.tension - self.meant_tension).max())
+
+
+def rope_swing(
+    parameters: TrussParameters,
+    law: Law,
+    stiffness: float,
+    yields: RopeYields = "at the motor",
+) -> RopeSwing:
+    """Integrate the truss on ropes of which the motor hauls in what a law takes.
+
+    Parameters
+    ----------
+    law : of the deployment angle, from rest.
+    stiffness : k of one rope [N/m], above the least one.
+
+    Raises
+    ------
+    ModelError
+        If the truss leaves the reach of its mechanism, or finds no rest at the end.
+    """
+    from scipy.integrate import solve_ivp
+
+    duration, first = law.duration, law.start_angle
+    ratio = float(stretching_ratio(parameters, first, yields))
+    slack_taken = float(static_force(parameters, first)) * ratio / stiffness
+    hauled_in = _hauled(parameters, law, slack_taken)
+
+    rates, balance = _kernels(parameters, stiffness, yields)
+    held = float(hauled_in(np.array([duration]))[0])
+    rest = _rest(balance, held, law.end_angle)
+    slowest = float(rope_mode_frequency(parameters, rest, stiffness, yields)[0])
+    end = duration + TAIL / slowest
+
+    def right_side(time: float, state: Array) -> list[float]:
+        return [state[1], float(rates(state[0], state[1], float(hauled_in(time))))]
+
+    time = np.union1d(
+        np.linspace(0.0, duration, SAMPLES), np.linspace(duration, end, 40 * TAIL + 1)
+    )
+    solved = solve_ivp(
+        right_side,
+        (0.0, end),
+        [first, 0.0],
+        "LSODA",
+        time,
+        rtol=TOLERANCE,
+        atol=TOLERANCE,
+        max_step=duration / 100,
+    )
+    if not solved.success or not np.isfinite(solved.y).all():
+        raise ModelError(
+            f"the truss leaves the reach of its mechanism on a rope of {stiffness:g} N/m; "
+            "give a stiffer rope or a slower law."
+        )
+
+    angle, speed = solved.y
+    pulled = elementwise(balance, angle, hauled_in(time))[0].ravel()
+    meant_angle, meant_tension = _meant(parameters, law, time)
+    place = int(np.searchsorted(time, duration))
+    left = _above_rest(balance, held, rest, float(angle[place]))
+    return RopeSwing(
+        time=time,
+        angle=angle,
+        speed=speed,
+        tension=pulled,
+        meant_angle=meant_angle,
+        meant_tension=meant_tension,
+        rest_angle=rest,
+        energy_left=left + float(kinetic_energy(parameters, angle[place], speed[place])),
+        slack=_time_of(time, pulled <= 0.0),
+        backward=_time_of(time, speed < -TOLERANCE),
+    )
+
+
+def _hauled(parameters: TrussParameters, law: Law, at_first: float) -> Any:
+    """Rope that the motor has hauled in over time [m], a curve through what the law takes."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    inner = np.array(law.breakpoints)
+    time = np.union1d(np.linspace(0.0, law.duration, SAMPLES), inner)
+    motion = law.motion(time)
+    taken = rope_taken(parameters, ca.DM(motion.angle)).full().ravel()
+    rate = -rope_speed(parameters, ca.DM(motion.angle), ca.DM(motion.speed)).full().ravel()
+    curve = CubicHermiteSpline(time, at_first + taken, rate)
+    return lambda at: curve(np.minimum(at, law.duration))
+
+
+def _kernels(
+    parameters: TrussParameters, stiffness: float, yields: RopeYields
+) -> tuple[ca.Function, ca.Function]:
+    """The acceleration by alpha, omega and h; T1, and what pulls the truss back at rest, by two."""
+    alpha, omega, hauled = ca.SX.sym("alpha"), ca.SX.sym("omega"), ca.SX.sym("hauled")
+    pull = ca.fmax(0, yielding_tension(parameters, alpha, hauled, stiffness, yields))
+    acceleration = angular_acceleration(parameters, alpha, omega, pull)
+    back = potential_slope(parameters, alpha) - pull * rope_leverage(parameters, alpha)
+    return (
+        ca.Function("rates", [alpha, omega, hauled], [acceleration], {"cse": True}),
+        ca.Function("balance", [alpha, hauled], [ca.densify(pull), ca.densify(back)]),
+    )
+
+
+def _rest(balance: ca.Function, hauled: float, angle: float) -> float:
+    """The angle nearest to another one at which the truss rests on a rope that is held [rad]."""
+    from scipy.optimize import brentq
+
+    grid = np.linspace(angle - _NEAR, angle + _NEAR, _GRID)
+    back = elementwise(balance, grid, hauled + 0 * grid)[1].ravel()
+    stable = np.flatnonzero((back[:-1] < 0.0) & (back[1:] >= 0.0))
+    if stable.size == 0:
+        raise ModelError(
+            f"the truss finds no rest within {math.degrees(_NEAR):.3g} deg of "
+            f"{math.degrees(angle):.4g} deg when its motor stops; give a stiffer rope."
+        )
+    place = stable[np.argmin(np.abs(grid[stable] - angle))]
+    ends = grid[place : place + 2].tolist()
+    return float(brentq(lambda one: float(balance(one, hauled)[1]), *ends, xtol=1e-14))
+
+
+def _above_rest(balance: ca.Function, hauled: float, rest: float, angle: float) -> float:
+    """Work that the truss gives back on its way to rest with the rope held [J]."""
+    nodes, weights = gauss_legendre(_NODES)
+    shares = (np.arange(_CELLS)[:, None] + nodes) / _CELLS
+    alpha = rest + (angle - rest) * shares.ravel()
+    back = elementwise(balance, alpha, hauled + 0 * alpha)[1].reshape(shares.shape)
+    return float((angle - rest) * (back @ weights).mean())
+
+
+def _meant(parameters: TrussParameters, law: Law, time: Array) -> tuple[Array, Array]:
+    """Angle and motor force of the law on a rigid rope, at rest after its end."""
+    motion = law.motion(np.minimum(time, law.duration))
+    after = time > law.duration
+    speed = np.where(after, 0.0, np.maximum(motion.speed, 0.0))
+    acceleration = np.where(after, 0.0, motion.acceleration)
+    rows = (ca.DM(row) for row in (motion.angle, speed, acceleration))
+    return motion.angle, rope_force(parameters, *rows).full().ravel()
+
+
+def _time_of(time: Array, true: Flags) -> float:
+    """How long something holds, by its samples [s]."""
+    return float(np.diff(time)[true[1:] & true[:-1]].sum())

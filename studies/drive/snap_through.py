@@ -1,0 +1,32 @@
+"""Ropes on which the truss would snap through are refused before any work."""
+
+from __future__ import annotations
+
+import math
+
+from models.truss import TrussParameters, least_rope_stiffness
+from studies.common.exit_codes import StudyError
+from studies.common.rounding import up
+from studies.drive.schema import Drive
+
+MORE = 1.001  # of the least stiffness, which a remedy asks for
+
+
+def check_rope(truss: TrussParameters, drive: Drive | None) -> None:
+    """Refuse a rope on which the truss snaps through.
+
+    Raises
+    ------
+    StudyError
+        With the stiffness to ask for.
+    """
+    if drive is None or drive.rope_stiffness is None:
+        return
+    least = least_rope_stiffness(truss, drive.rope_yields)
+    if drive.rope_stiffness <= least.stiffness:
+        raise StudyError(
+            f"drive.rope_stiffness is {drive.rope_stiffness:g} N/m, and below "
+            f"{least.stiffness:.4g} N/m the truss snaps through behind the ridge of its force, "
+            f"latest at {math.degrees(least.angle):.4g} deg; state at least "
+            f"{up(MORE * least.stiffness, 4)} N/m"
+        )

@@ -1,0 +1,121 @@
+"""What ropes that give add to a result: stability, their mode, the swing that a law leaves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from models.errors import ModelError
+from models.truss import (
+    LeastStiffness,
+    RopeSwing,
+    TrussParameters,
+    least_rope_stiffness,
+    rope_mode_frequency,
+)
+from studies.truss.motions.deployment import Deployment
+
+OPEN = math.pi / 2 + 1e-6  # [rad]: beyond it the truss is taken to pass 90 deg
+SHOWN = (45.0, 80.0, 90.0)  # [deg] beside the stowed angle, of the mode's frequency
+
+
+@dataclass(frozen=True, eq=False)
+class RopeParts:
+    """Parts of a result; all are empty where the rope is rigid.
+
+    Attributes
+    ----------
+    sentences : what is found, and what the model does not cover of it.
+    details : the same as numbers.
+    """
+
+    sentences: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+def rope_of(deployment: Deployment) -> RopeParts:
+    """The parts that the ropes of a deployment are."""
+    drive, truss = deployment.drive, deployment.truss
+    if drive is None or drive.rope_stiffness is None:
+        return RopeParts()
+    stiffness, yields = drive.rope_stiffness, drive.rope_yields
+    least = least_rope_stiffness(truss, yields)
+    stowed = math.degrees(truss.stowed_angle)
+    angles = [stowed, *(angle for angle in SHOWN if angle > stowed)]
+    frequencies = rope_mode_frequency(truss, np.radians(angles), stiffness, yields).tolist()
+
+    try:
+        swing = deployment.rope_swing
+        found, numbers = _in_words(swing, truss), _as_numbers(swing)
+    except ModelError as error:
+        found, numbers = (f"The swing of this motion on its ropes is not known: {error}",), {}
+    modes = ", ".join(
+        f"{frequency:.4g} Hz at {angle:.4g} deg"
+        for angle, frequency in zip(angles, frequencies, strict=True)
+    )
+    return RopeParts(
+        sentences=(
+            _stability(stiffness, yields, least),
+            f"On its ropes, with the motor held, the truss at rest swings at {modes}.",
+            *found,
+        ),
+        details={
+            "rope": {
+                "least_stiffness": least.stiffness,
+                "least_stiffness_angle_deg": math.degrees(least.angle),
+                "mode_angle_deg": angles,
+                "mode_frequency": frequencies,
+                **numbers,
+            }
+        },
+    )
+
+
+def _stability(stiffness: float, yields: str, least: LeastStiffness) -> str:
+    return (
+        f"The ropes give {yields}, {stiffness:g} N/m each. Below {least.stiffness:.4g} N/m the "
+        f"truss would snap through; {math.degrees(least.angle):.4g} deg needs most."
+    )
+
+
+def _in_words(swing: RopeSwing, truss: TrussParameters) -> tuple[str, ...]:
+    """What the law does on such ropes, and what of that the model does not cover."""
+    sentences = [
+        f"If the motor hauls in what this motion takes of rigid ropes, the truss is off by up to "
+        f"{math.degrees(swing.angle_miss):.3g} deg and its rope force by up to "
+        f"{swing.force_miss:.3g} N, {swing.tension.max():.4g} N at most. When the motor stops, "
+        f"{swing.energy_left:.2g} J are left of the swing; the truss comes to rest at "
+        f"{math.degrees(swing.rest_angle):.5g} deg. Exports haul the stretch in beforehand."
+    ]
+    if swing.slack > 0.0:
+        sentences.append(
+            f"In that swing the ropes are slack for {swing.slack:.3g} s: they pull nothing then, "
+            "and how they run over their pulleys is not modelled."
+        )
+    if swing.angle.max() > OPEN:
+        sentences.append(
+            f"In that swing the truss opens to {math.degrees(swing.angle.max()):.4g} deg: a stop "
+            "at 90 deg is not modelled."
+        )
+    if swing.backward > 0.0 and truss.pulley_friction > 0.0:
+        sentences.append(
+            f"In that swing the truss moves back for {swing.backward:.3g} s: the friction of the "
+            "pulleys, which is modelled for a rope that is hauled in, keeps its sense."
+        )
+    return tuple(sentences)
+
+
+def _as_numbers(swing: RopeSwing) -> dict[str, float]:
+    return {
+        "swing_angle_miss_deg": math.degrees(swing.angle_miss),
+        "swing_force_miss": swing.force_miss,
+        "swing_peak_force": float(swing.tension.max()),
+        "swing_energy_left": swing.energy_left,
+        "swing_rest_angle_deg": math.degrees(swing.rest_angle),
+        "swing_slack_time": swing.slack,
+        "swing_backward_time": swing.backward,
+    }

@@ -1,0 +1,238 @@
+"""Ropes that give: stability, frequency and swing, by means that share no formula with the model.
+
+The twin below adds up all segments of a rope one by one, and knows no derivative in closed form but
+those of the geometry.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from models.errors import ModelError
+from models.laws import Bezier, JerkLimited, paper_points
+from models.truss import (
+    DYNAMIC_SET,
+    TrussParameters,
+    evaluate_motion,
+    inertia,
+    inertia_slope,
+    joint_damping,
+    least_rope_stiffness,
+    rope_mode_frequency,
+    rope_swing,
+)
+
+YIELDS = ("at the motor", "along its length")
+RUBBED = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01)
+
+
+def slider(p, alpha):
+    """e and e' [m, m/rad]."""
+    s, c = np.sin(alpha), np.cos(alpha)
+    height = np.sqrt(p.link**2 - (p.crank * s) ** 2)
+    return p.crank * c + height, -p.crank * s - p.crank**2 * s * c / height
+
+
+def torques(p, alpha):
+    """By T1 and at all: what both ropes give the truss, and what springs and net take [m, N m]."""
+    e, slope = slider(p, alpha)
+    pulled, stretched, length = 0.0, 0.0, 0.0
+    wraps = 0.0
+    for segment in range(4 * p.modules):
+        tension = np.exp(-p.pulley_friction * wraps)
+        sliding = segment % 4 in (0, 3)
+        pulled = pulled - 2 * tension * slope * sliding
+        stretched = stretched + tension * (e if sliding else p.half_cross_bar)
+        length = length + (e if sliding else p.half_cross_bar)
+        # about the bar's end, two pulleys at the middle, and on to the next module
+        wraps = (
+            wraps + (math.pi - alpha, math.pi - 2 * alpha, math.pi - alpha, math.pi)[segment % 4]
+        )
+    taken = 2 * p.modules * p.spring_stiffness * (e - p.spring_free_length) * slope
+    radius = p.half_cross_bar / math.sin(math.pi / p.modules)
+    rise = (np.sin(alpha) - math.sin(p.net_angle)) * (np.real(alpha) >= p.net_angle)
+    taken = taken + 2 * p.modules * p.net_stiffness * radius**2 * rise * np.cos(alpha)
+    return pulled, taken, stretched / length
+
+
+def ratio(p, alpha, yields):
+    return 1.0 if yields == "at the motor" else torques(p, alpha)[2]
+
+
+def taken_rope(p, alpha):
+    return 2 * p.modules * (slider(p, p.stowed_angle)[0] - slider(p, alpha)[0])
+
+
+def back(p, alpha, hauled, k, yields):
+    """What pulls the truss back while the motor stands [N m]."""
+    lever, taken, _ = torques(p, alpha)
+    return taken - k * (hauled - taken_rope(p, alpha)) / ratio(p, alpha, yields) * lever
+
+
+def hauled_at_rest(p, alpha, k, yields):
+    lever, taken, _ = torques(p, alpha)
+    return taken_rope(p, alpha) + taken / lever * ratio(p, alpha, yields) / k
+
+
+def random_truss(seed: int) -> TrussParameters:
+    """A truss whose springs push from the start, so that its rope is taut."""
+    draw = np.random.default_rng(seed)
+    b = draw.uniform(0.3, 0.7)
+    crank = draw.uniform(0.15, 0.35) * b
+    link = crank * draw.uniform(1.2, 1.8)
+    return TrussParameters(
+        bar_length=2.2 * b,
+        half_cross_bar=b,
+        crank=crank,
+        link=link,
+        modules=int(draw.integers(6, 31)),
+        stowed_angle=math.radians(draw.uniform(3, 8)),
+        net_angle=math.radians(draw.uniform(70, 84)),
+        spring_stiffness=draw.uniform(50, 300),
+        net_stiffness=draw.uniform(20, 400),
+        spring_free_length=(crank + link) * draw.uniform(1.05, 1.4),
+        pulley_friction=draw.choice([0.0, draw.uniform(0, 0.02)]),
+    )
+
+
+@pytest.mark.parametrize("yields", YIELDS)
+@pytest.mark.parametrize("seed", range(25))
+def test_frequency_is_that_of_the_segments_one_by_one(seed: int, yields: str) -> None:
+    p = random_truss(seed)
+    for alpha in (0.3, math.radians(60), (p.net_angle + math.pi / 2) / 2):
+        k = 3 * least_rope_stiffness(p, yields).stiffness + 100.0
+        hauled = hauled_at_rest(p, alpha, k, yields)
+        # a complex step takes the derivative without a difference
+        stiffness = np.imag(back(p, alpha + 1e-30j, hauled, k, yields)) / 1e-30
+        expected = math.sqrt(stiffness / float(inertia(p, alpha))) / (2 * math.pi)
+        assert rope_mode_frequency(p, alpha, k, yields)[0] == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("yields", YIELDS)
+@pytest.mark.parametrize("mu", [0.0, 0.01])
+def test_below_the_least_stiffness_rope_has_to_be_let_out(mu: float, yields: str) -> None:
+    # of the twin's equilibria, whatever their stability: a truss that snaps through stands farther
+    # open with less rope hauled in
+    p = dataclasses.replace(DYNAMIC_SET, pulley_friction=mu)
+    least = least_rope_stiffness(p, yields)
+    alpha = np.linspace(p.stowed_angle, math.pi / 2, 9001)
+    step = 1e-6
+
+    def slopes(k):
+        below, above = (hauled_at_rest(p, alpha[1:-1] + d, k, yields) for d in (-step, step))
+        return (above - below) / (2 * step)
+
+    assert slopes(1.001 * least.stiffness).min() > 0.0
+    unstable = slopes(0.999 * least.stiffness)
+    assert unstable.min() < 0.0
+    assert alpha[1:-1][np.argmin(unstable)] == pytest.approx(least.angle, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("mu", "yields", "least"),
+    # derived elsewhere, to the digits shown; a rope that gives along its length has less tension
+    [(0.0, "at the motor", 37.0), (0.01, "at the motor", 71.0), (0.01, "along its length", 37.0)],
+)
+def test_least_stiffness_of_the_dynamic_set(mu: float, yields: str, least: float) -> None:
+    p = dataclasses.replace(DYNAMIC_SET, pulley_friction=mu)
+    assert least_rope_stiffness(p, yields).stiffness == pytest.approx(least, abs=0.5)
+
+
+def test_frequencies_of_the_dynamic_set() -> None:
+    # derived elsewhere, to the digits shown; 80 deg is where the net becomes taut
+    angles = np.radians([4.4, 45.0, 80.0])
+    found = rope_mode_frequency(DYNAMIC_SET, angles, 600.0)
+    assert found[:2] == pytest.approx([0.24, 2.8], rel=0.02)
+    assert found[2] == pytest.approx(12.0, abs=0.5)
+    assert math.isnan(rope_mode_frequency(DYNAMIC_SET, math.pi / 2, 30.0)[0])
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.01])
+def test_swing_is_that_of_another_integrator(mu: float) -> None:
+    # nothing is slack here: 2e4 N/m in 20 s
+    p = dataclasses.replace(DYNAMIC_SET, pulley_friction=mu)
+    law = Bezier(20.0, paper_points(p.stowed_angle, math.pi / 2))
+    k = 2e4
+    swing = rope_swing(p, law, k)
+    assert swing.slack == 0.0
+
+    at_first = hauled_at_rest(p, p.stowed_angle, k, "at the motor")
+
+    def rates(time, state):
+        hauled = at_first + taken_rope(p, law.motion(time).angle[0])
+        alpha, omega = state
+        pulled = back(p, alpha, hauled, k, "at the motor")
+        rest = 0.5 * float(inertia_slope(p, alpha)) * omega + float(joint_damping(p, alpha))
+        return [omega, -(pulled + rest * omega) / float(inertia(p, alpha))]
+
+    # half of the motion: later on an explicit method needs a step for each swing of 100 Hz
+    end = int(np.searchsorted(swing.time, 10.0)) + 1
+    times = swing.time[:end]
+    start = [p.stowed_angle, 0.0]
+    path = solve_ivp(rates, (0.0, times[-1]), start, "DOP853", times, rtol=1e-9, atol=1e-11)
+    # of 1.5 rad: what the looser of the two integrators is allowed
+    assert np.abs(path.y[0] - swing.angle[:end]).max() < 2e-7
+    assert swing.angle_miss > 1e-4
+
+
+def test_energy_of_a_slack_and_swinging_truss() -> None:
+    # what the motors give goes into truss, ropes and joints; a slack rope holds no energy
+    p, k = DYNAMIC_SET, 600.0
+    law = Bezier(10.0, paper_points(p.stowed_angle, math.pi / 2))
+    swing = rope_swing(p, law, k)
+    assert swing.slack > 1.0
+    inside = swing.time <= 10.0
+    time, angle, speed = swing.time[inside], swing.angle[inside], swing.speed[inside]
+    motion = law.motion(time)
+    hauling = -2 * p.modules * slider(p, motion.angle)[1] * motion.speed
+
+    def total(power):
+        return np.concatenate([[0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(time))])
+
+    stored = evaluate_motion(p, np.minimum(angle, math.pi / 2), speed, 0 * angle)
+    ropes = swing.tension[inside] ** 2 / k
+    kept = stored.kinetic_energy + stored.potential_energy + ropes
+    lost = total(np.array([float(joint_damping(p, one)) for one in angle]) * speed**2)
+    given = total(2 * swing.tension[inside] * hauling)
+    # trapezoids over 2.5 ms, at swings of up to 12 Hz
+    assert np.abs(kept - kept[0] + lost - given).max() < 2e-4 * given[-1]
+
+
+def test_what_is_left_is_the_work_back_to_rest() -> None:
+    # stopped halfway, where the truss swings slowly and is hardly damped
+    p, k = DYNAMIC_SET, 600.0
+    law = JerkLimited(4.0, p.stowed_angle, math.radians(40.0), jerk=2.0).profile
+    swing = rope_swing(p, law, k)
+    held = hauled_at_rest(p, p.stowed_angle, k, "at the motor") + taken_rope(p, law.end_angle)
+    rest = brentq(lambda a: back(p, a, held, k, "at the motor"), 0.6, 0.8, xtol=1e-14)
+    assert swing.rest_angle == pytest.approx(rest, abs=1e-10)
+
+    place = int(np.searchsorted(swing.time, 4.0))
+    angle, speed = swing.angle[place], swing.speed[place]
+
+    def energy(alpha):
+        spring = p.modules * p.spring_stiffness * (slider(p, alpha)[0] - p.spring_free_length) ** 2
+        return spring + k * max(held - taken_rope(p, alpha), 0.0) ** 2
+
+    kinetic = 0.5 * float(inertia(p, angle)) * speed**2
+    # in one cell of the quadrature the rope becomes slack
+    assert swing.energy_left == pytest.approx(kinetic + energy(angle) - energy(rest), rel=1e-5)
+    assert swing.energy_left > 1.0
+
+
+def test_a_stiff_rope_follows_its_law() -> None:
+    law = JerkLimited(20.0, RUBBED.stowed_angle, math.radians(60.0), jerk=0.05).profile
+    soft, stiff = (rope_swing(RUBBED, law, k, "along its length") for k in (2e4, 2e5))
+    assert stiff.angle_miss < 0.1 * soft.angle_miss < 3e-5
+
+
+def test_a_truss_that_finds_no_rest_near_its_end_is_refused() -> None:
+    law = JerkLimited(20.0, DYNAMIC_SET.stowed_angle, math.radians(40.0), jerk=0.05).profile
+    with pytest.raises(ModelError, match=r"no rest within .* of 40 deg.*give a stiffer rope"):
+        rope_swing(DYNAMIC_SET, law, 1.0)

@@ -1,0 +1,86 @@
+"""Ropes that give, as a study states and refuses them."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from models.truss import DYNAMIC_SET
+from studies.common.exit_codes import StudyError
+from studies.drive.course import rope_course
+from studies.drive.schema import Drive
+from studies.drive.stretch import stretched
+from studies.truss.config import TrussStudy, as_dictionary, study_from
+from studies.truss.motions.laws import paper_laws
+from studies.truss.rope import rope_of
+from studies.truss.rope_figure import rope_mode_figure
+
+RUBBED = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01)
+
+
+def stated(stiffness: float, **drive) -> TrussStudy:
+    drive = Drive(rope_stiffness=stiffness, **drive)
+    return TrussStudy(minimise="peak-force", duration=10.0, truss=RUBBED, drive=drive)
+
+
+def test_a_rope_on_which_the_truss_snaps_through_is_refused_with_one_that_works() -> None:
+    with pytest.raises(StudyError, match=r"is 70 N/m, and below 71\.1 N/m") as refused:
+        stated(70.0)
+    enough = float(re.search(r"at least ([\d.]+) N/m", str(refused.value))[1])
+    again = stated(enough)
+    assert study_from(as_dictionary(again)) == again
+    # a rope that gives along its length has only part of the motor's pull
+    assert stated(40.0, rope_yields="along its length").drive.rope_stiffness == 40.0
+
+
+def test_an_export_refuses_it_too() -> None:
+    law, _ = paper_laws(RUBBED, 10.0)
+    with pytest.raises(StudyError, match="snaps through"):
+        stretched(rope_course(law.law, RUBBED), RUBBED, Drive(rope_stiffness=70.0))
+
+
+def test_a_word_that_is_no_place_is_refused() -> None:
+    with pytest.raises(StudyError, match=r"rope_yields is .*did you mean at the motor"):
+        Drive(rope_yields="at motor")
+
+
+def test_the_stretch_hauled_in_is_that_of_the_pull_or_of_the_mean_tension() -> None:
+    law, _ = paper_laws(RUBBED, 10.0)
+    rigid = rope_course(law.law, RUBBED)
+    k = 2e4
+    more = []
+    for yields in ("at the motor", "along its length"):
+        drive = Drive(rope_stiffness=k, tension_ramp=1e-3, rope_yields=yields)
+        course = stretched(rigid, RUBBED, drive)
+        time = np.array([10.0])
+        more.append(k * float((course.derivatives(time) - rigid.derivatives(time))[0, 0]))
+    # at rest, 7.72 and 17.94 N at the motor; the mean of the tensions is what mu = 0 would need
+    assert more[0] == pytest.approx(17.94 - 7.72, abs=0.02)
+    assert more[1] == pytest.approx(9.41 - 2.52, abs=0.02)
+
+
+def test_what_a_result_says_of_its_ropes() -> None:
+    law, _ = paper_laws(RUBBED, 10.0, Drive(rope_stiffness=600.0))
+    parts = rope_of(law)
+    stability, modes, swing, slack, backward = parts.sentences
+    assert "Below 71.1 N/m the truss would snap through" in stability
+    assert "0.1346 Hz at 4.4 deg" in modes
+    numbers = parts.details["rope"]
+    assert f"{numbers['swing_angle_miss_deg']:.3g} deg" in swing
+    assert numbers["swing_peak_force"] > 2 * law.values["peak-force"]
+    assert "slack for" in slack
+    assert "moves back" in backward
+    assert rope_of(paper_laws(RUBBED, 10.0)[0]).sentences == ()
+
+
+def test_the_figure_of_ropes_that_give() -> None:
+    laws = paper_laws(RUBBED, 20.0, Drive(rope_stiffness=2e4))
+    figure = rope_mode_figure(laws[0])
+    mode, _, force = figure.axes
+    shown = [line.get_label() for line in mode.lines]
+    assert shown == ["5000 N/m", "2e+04 N/m", "8e+04 N/m", "3.2e+05 N/m"]
+    swing = laws[0].rope_swing
+    assert np.array_equal(force.lines[1].get_ydata(), swing.tension)
