@@ -8,7 +8,6 @@ STUDY_FLAGS ?=
 WORKERS ?= auto
 REGRESSION_FLAGS ?=
 RACE_FLAGS ?= --peers --only race
-EXUDYN_FLAGS ?=
 SHOWS_FLAGS ?= --list
 
 .PHONY: help setup study picture table docs test test-slow lint benchmark regression race exudyn shows clean
@@ -78,7 +77,7 @@ race: $(READY)
 
 exudyn: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -r benchmarks/exudyn/requirements.txt
-	$(BIN)/python -m benchmarks.exudyn $(EXUDYN_FLAGS)
+	$(BIN)/python -m benchmarks.exudyn
 
 shows: $(READY)
 	$(BIN)/python -m benchmarks.shows $(SHOWS_FLAGS)

@@ -9,7 +9,7 @@ timed in turns.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from statistics import median
 from time import perf_counter, process_time
@@ -69,26 +69,28 @@ class PairedCase:
 
 @dataclass(frozen=True)
 class Timed:
-    """A code at its chosen setting.
+    """A code at a setting that meets the limit.
 
     Attributes
     ----------
     code, setting : str
-    steps : int
-        Accepted time steps.
+    again : function
+        Runs it.
     error : float
         Of the time steps [m].
-    seconds, processor, setup : float
-        Medians: wall clock and processor time of the stepping, wall clock of what precedes it [s].
+    runs : tuple of Run
+        The trial; then those that are timed.
     """
 
     code: str
     setting: str
-    steps: int
+    again: Callable[[], Run]
     error: float
-    seconds: float
-    processor: float
-    setup: float
+    runs: tuple[Run, ...]
+
+    def median(self, quantity: str) -> float:
+        """Of `seconds`, `processor` or `setup` of the runs [s]."""
+        return median(getattr(run, quantity) for run in self.runs)
 
 
 @dataclass(frozen=True)
@@ -113,35 +115,12 @@ class Pairing:
 
     def over(self, theirs: Timed) -> float:
         """Our solver time over theirs."""
-        return self.ours.seconds / theirs.seconds
+        return self.ours.median("seconds") / theirs.median("seconds")
 
     @property
     def ratio(self) -> float:
         """Our solver time over the shortest of Exudyn's."""
         return max(map(self.over, self.theirs))
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A setting of a code that meets the limit, and how to run it again.
-
-    Attributes
-    ----------
-    code, name : str
-        Of the code and of its setting.
-    again : function
-        Runs it.
-    error : float
-        Of the time steps [m].
-    processor : float
-        Of the trial [s].
-    """
-
-    code: str
-    name: str
-    again: Callable[[], Run]
-    error: float
-    processor: float
 
 
 def cases(elements: int = 8) -> tuple[PairedCase, ...]:
@@ -176,8 +155,10 @@ def compare(case: PairedCase, say: Progress, rounds: int = ROUNDS) -> Pairing:
     # In turns, so that a machine that is busy for a while slows down both alike.
     say(f"{case.name} pendulum: {rounds} rounds")
     turns = [[choice.again() for choice in chosen] for _ in range(rounds)]
-    mine, *others = (_timed(choice, [turn[k] for turn in turns]) for k, choice in enumerate(chosen))
-    return Pairing(case.name, mine, tuple(others), distance(ours, theirs))
+    timed = [
+        replace(c, runs=runs) for c, runs in zip(chosen, zip(*turns, strict=True), strict=True)
+    ]
+    return Pairing(case.name, timed[0], tuple(timed[1:]), distance(ours, theirs))
 
 
 def our_run(case: PairedCase, stages: int, tolerance: float) -> Run:
@@ -211,7 +192,7 @@ def distance(one: Array, other: Array) -> float:
     return float(gap) if np.isfinite(gap) else np.inf
 
 
-def _our_choices(case: PairedCase, reference: Array, say: Progress) -> Iterable[Choice]:
+def _our_choices(case: PairedCase, reference: Array, say: Progress) -> Iterable[Timed]:
     """Of each number of stages the loosest tolerance that meets the limit."""
     for stages in OUR_STAGES:
         for tolerance in OUR_TOLERANCES:
@@ -221,13 +202,13 @@ def _our_choices(case: PairedCase, reference: Array, say: Progress) -> Iterable[
             say(f"{name}: error {error:.1e} m, {run.seconds:.3f} s")
             if error <= LIMIT:
                 again = partial(our_run, case, stages, tolerance)
-                yield Choice("antenna-ocp", name, again, error, run.processor)
+                yield Timed("antenna-ocp", name, again, error, (run,))
                 break
 
 
 def _their_choices(
     case: PairedCase, settings: tuple[Setting, ...], reference: Array, say: Progress
-) -> Iterable[Choice]:
+) -> Iterable[Timed]:
     """Of each setting the largest step, about, that meets the limit."""
     for setting in settings:
         steps = FIRST_STEPS[setting.scheme]
@@ -242,7 +223,7 @@ def _their_choices(
             say(f"Exudyn {name}: error {error:.1e} m, {run.seconds:.3f} s")
             if error <= LIMIT:
                 again = partial(their_run, case, steps, setting)
-                yield Choice("Exudyn", name, again, error, run.processor)
+                yield Timed("Exudyn", name, again, error, (run,))
                 break
             steps = _more_steps(steps, error)
 
@@ -253,26 +234,14 @@ def _more_steps(steps: int, error: float) -> int:
     return int(np.ceil(steps * max(1.02, min(2.0, 1.02 * grow))))
 
 
-def _cheapest(code: str, choices: Iterable[Choice]) -> Choice:
-    cheapest = min(choices, key=lambda choice: choice.processor, default=None)
+def _cheapest(code: str, choices: Iterable[Timed]) -> Timed:
+    cheapest = min(choices, key=lambda choice: choice.median("processor"), default=None)
     if cheapest is None:
         raise StudyError(
             f"{code}: no setting that was tried has a step error below {LIMIT:g} m",
             ExitCode.NOT_VERIFIED,
         )
     return cheapest
-
-
-def _timed(choice: Choice, runs: list[Run]) -> Timed:
-    return Timed(
-        code=choice.code,
-        setting=choice.name,
-        steps=runs[0].steps,
-        error=choice.error,
-        seconds=median(run.seconds for run in runs),
-        processor=median(run.processor for run in runs),
-        setup=median(run.setup for run in runs),
-    )
 
 
 def table(pairings: list[Pairing]) -> Table:
@@ -289,7 +258,17 @@ def table(pairings: list[Pairing]) -> Table:
         "ratio",
     )
     rows = [
-        _cells(pairing, timed) for pairing in pairings for timed in (pairing.ours, *pairing.theirs)
+        (
+            pairing.case,
+            timed.code,
+            timed.setting,
+            str(timed.runs[0].steps),
+            f"{timed.error:.1e}",
+            *(f"{timed.median(quantity):.3f}" for quantity in ("seconds", "processor", "setup")),
+            "" if timed is pairing.ours else f"{pairing.over(timed):.2f}",
+        )
+        for pairing in pairings
+        for timed in (pairing.ours, *pairing.theirs)
     ]
     apart = ", ".join(f"{pairing.case} {pairing.apart:.1e} m" for pairing in pairings)
     notes = (
@@ -302,17 +281,3 @@ def table(pairings: list[Pairing]) -> Table:
         f"{peer.ROOT_MASS:.0e} kg holds the root",
     )
     return Table("Simulation time, 8 elements a link", head, rows, notes)
-
-
-def _cells(pairing: Pairing, timed: Timed) -> tuple[str, ...]:
-    return (
-        pairing.case,
-        timed.code,
-        timed.setting,
-        str(timed.steps),
-        f"{timed.error:.1e}",
-        f"{timed.seconds:.3f}",
-        f"{timed.processor:.3f}",
-        f"{timed.setup:.4f}",
-        "" if timed is pairing.ours else f"{pairing.over(timed):.2f}",
-    )

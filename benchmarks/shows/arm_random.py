@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shows.show import Question, Row
+from benchmarks.shows.show import Columns, Question, Row, listed
 from benchmarks.shows.truss_random import read_output, run_command
 from studies.arm.config import DURATIONS
 from studies.arm.optimal.objectives import OBJECTIVES
@@ -74,8 +74,18 @@ def answer(question: Question, folder: Path) -> Row:
 
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Return each stage in a row, and how many ended how."""
-    head = ("case", "stage", "objective", "T [s]", "code", "left [J]", "check", "CPU [s]", "failed")
-    stages = Table("Random stages of the arm", head, [_cells(row) for row in rows])
+    columns: Columns = {
+        "case": "index",
+        "stage": "stage",
+        "objective": "objective",
+        "T [s]": lambda row: number(row["duration"], 4),
+        "code": "code",
+        "left [J]": lambda row: number(row["left"], 3),
+        "check": lambda row: number(row["check"]),
+        "CPU [s]": lambda row: f"{row['processor']:.1f}",
+        "failed": lambda row: (row["failure"] or row["failed"] or row["complaint"])[:60],
+    }
+    stages = listed("Random stages of the arm", rows, columns)
 
     answered = [row for row in rows if not row["failure"]]
     codes = sorted({row["code"] for row in answered})
@@ -88,18 +98,3 @@ def tables(rows: Sequence[Row]) -> list[Table]:
     passed = sum(row["check"] == ExitCode.OK for row in solved)
     checks = f"exit 0, and its exported profile passes: {passed} of {len(solved)}"
     return [stages, Table("How they ended", ("code", "stages"), counts, (times, traces, checks))]
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    failure = row["failure"]
-    return (
-        str(row["index"]),
-        row["stage"],
-        row["objective"],
-        number(row["duration"], 4),
-        "-" if failure else str(row["code"]),
-        number(None if failure else row["left"], 3),
-        "-" if failure or row["check"] is None else str(row["check"]),
-        "-" if failure else f"{row['processor']:.1f}",
-        (failure or row["failed"] or row["complaint"])[:60],
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -13,6 +13,8 @@ from studies.common.exit_codes import StudyError
 
 Question = Mapping[str, Any]  # as JSON holds it
 Row = Mapping[str, Any]
+Column = str | Callable[[Row], object]  # of a table: a key of the rows, or a function of one
+Columns = Mapping[str, Column]  # by their headings
 
 # One line a show: its name, and the module, or the object of a module, that has what a `Show` has.
 SHOWS = {
@@ -58,6 +60,32 @@ class Show(Protocol):
         A row is the question, the answer, and `index`, `seconds` and `failure`. Where `failure`
         is not empty there is no answer.
         """
+
+
+def listed(
+    title: str,
+    rows: Sequence[Row],
+    columns: Columns,
+    notes: Sequence[str] = (),
+) -> Table:
+    """Return a table of a line for each row.
+
+    Parameters
+    ----------
+    columns : mapping
+        A row without an answer has a dash in those that need one.
+    """
+
+    def cell(row: Row, column: Column) -> str:
+        try:
+            return str(column(row) if callable(column) else row[column])
+        except (KeyError, TypeError):
+            if not row["failure"]:
+                raise
+            return "-"
+
+    lines = [[cell(row, column) for column in columns.values()] for row in rows]
+    return Table(title, tuple(columns), lines, notes)
 
 
 def show(name: str) -> Show:

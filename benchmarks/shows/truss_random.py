@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.records import ROOT
-from benchmarks.shows.show import Question, Row
+from benchmarks.shows.show import Columns, Question, Row, listed
 from models.errors import ModelError
 from models.truss import TrussParameters
 from studies.common.console import Table, number
@@ -273,49 +273,32 @@ def read_output(text: str) -> dict[str, Any]:
 
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Return each study in a row, how many ended how, and how long they took."""
-    head = (
-        "case",
-        "objective",
-        "T [s]",
-        "mu",
-        "modules",
-        "jerk T^3",
-        "other cap",
-        "code",
-        "value",
-        "CPU [s]",
-        "check",
-        "beaten by",
-        "traceback",
-        "verdict, proof or reason",
-    )
-    cells = [_cells(row) for row in rows]
+    columns: Columns = {
+        "case": "index",
+        "objective": "objective",
+        "T [s]": lambda row: number(row["duration"], 4),
+        "mu": lambda row: number(row["friction"], 3),
+        "modules": "modules",
+        "jerk T^3": lambda row: number(row["jerk_multiple"], 4),
+        "other cap": lambda row: (
+            f"{row['other_cap']} x {row['factor']:g}" if row.get("other_cap") else "-"
+        ),
+        "code": "code",
+        "value": lambda row: number(row["value"], 6),
+        "CPU [s]": lambda row: number(row.get("processor"), 3),
+        "check": lambda row: number(row.get("check")),
+        "beaten by": lambda row: row.get("beaten_by") or "-",
+        "traceback": lambda row: "YES" if row["traceback"] else "no",
+        "verdict, proof or reason": _reason,
+    }
     note = "value: of the objective, SI units; what each command printed is in its case's folder."
-    studies = Table("Random studies of the truss", head, cells, (note,))
+    studies = listed("Random studies of the truss", rows, columns, (note,))
     return [studies, _totals(rows), _promises(rows)]
 
 
-def _cells(row: Row) -> tuple[str, ...]:
-    failure = row["failure"]
-    reason = failure or row["verdict"] or row.get("proof") or row["complaint"]
-    cap = f"{row['other_cap']} x {row['factor']:g}" if row.get("other_cap") else "-"
-    check = row.get("check")
-    return (
-        str(row["index"]),
-        row["objective"],
-        number(row["duration"], 4),
-        number(row["friction"], 3),
-        str(row["modules"]),
-        number(row["jerk_multiple"], 4),
-        cap,
-        "-" if failure else str(row["code"]),
-        number(None if failure else row["value"], 6),
-        number(None if failure else row.get("processor"), 3),
-        "-" if check is None else str(check),
-        row.get("beaten_by") or "-",
-        "-" if failure else ("YES" if row["traceback"] else "no"),
-        reason[:60],
-    )
+def _reason(row: Row) -> str:
+    words = row["failure"] or row["verdict"] or row.get("proof") or row["complaint"]
+    return str(words[:60])
 
 
 def _promises(rows: Sequence[Row]) -> Table:

@@ -40,7 +40,7 @@ from benchmarks.shows.engine.comparison import by_engine, doubted, judged, judge
 from benchmarks.shows.engine.plain import Plain, Start, crude_start
 from benchmarks.shows.engine.repeated import REPEATED
 from benchmarks.shows.engine.variant import Variant, catalogue
-from benchmarks.shows.show import Question, Row
+from benchmarks.shows.show import Columns, Question, Row, listed
 from ocp import Settings
 from ocp.solution.storage import load, save
 from studies.common.console import Table, number
@@ -146,11 +146,21 @@ def main() -> None:
 
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Each problem in a row, and how many are of each kind."""
-    head = (
-        *("problem", "kind", "value", "plain", "stated", "same to"),
-        *("rounds", "its", "CPU [s]", "expert [s]", "expert its", "ratio", "words"),
-    )
-    lines = [_line(row) for row in rows]
+    columns: Columns = {
+        "problem": "problem",
+        "kind": lambda row: row["engine"]["kind"].replace("wrong", "WRONG"),
+        "value": lambda row: number(row["engine"]["value"], 9),
+        "plain": lambda row: number(row["best"], 9),
+        "stated": lambda row: number(row["optimum"], 9),
+        "same to": lambda row: f"{row['same'] / abs(row['best']):.0e}" if row["best"] else "-",
+        "rounds": lambda row: row["engine"]["rounds"],
+        "its": lambda row: row["engine"]["iterations"],
+        "CPU [s]": lambda row: f"{row['engine']['processor']:.1f}",
+        "expert [s]": lambda row: f"{row['expert']['seconds']:.1f}",
+        "expert its": lambda row: row["expert"]["iterations"],
+        "ratio": lambda row: number(_ratio(row), 2),
+        "words": _words,
+    }
     ratios = [ratio for row in rows if (ratio := _ratio(row)) is not None]
     kinds = Counter(row["engine"]["kind"] for row in rows if not row["failure"])
     totals = [(*(str(kinds[kind]) for kind in KINDS), str(len(rows)))]
@@ -160,28 +170,14 @@ def tables(rows: Sequence[Row]) -> list[Table]:
             f"the engine's seconds over the expert's: median {statistics.median(ratios):.1f} "
             f"(wanted: at most {MEDIAN:g}), most {max(ratios):.1f} (wanted: at most {MOST:g})",
         )
-    return [Table(LINE, head, lines), Table("In total", (*KINDS, "cases"), totals, notes)]
+    return [listed(LINE, rows, columns), Table("In total", (*KINDS, "cases"), totals, notes)]
 
 
-def _line(row: Row) -> tuple[str, ...]:
+def _words(row: Row) -> str:
     if row["failure"]:
-        return (row["problem"], *("-",) * 11, row["failure"][:60])
-    own, expert, ratio = row["engine"], row["expert"], _ratio(row)
-    return (
-        row["problem"],
-        own["kind"] if own["kind"] != "wrong" else "WRONG",
-        number(own["value"], 9),
-        number(row["best"], 9),
-        number(row["optimum"], 9),
-        "-" if not row["best"] else f"{row['same'] / abs(row['best']):.0e}",
-        str(own["rounds"]),
-        str(own["iterations"]),
-        f"{own['processor']:.1f}",
-        f"{expert['seconds']:.1f}",
-        str(expert["iterations"]),
-        "-" if ratio is None else f"{ratio:.1f}",
-        own["words"][:90] + (f" [not certified: {own['open']}]" if own["open"] else ""),
-    )
+        return str(row["failure"][:60])
+    own = row["engine"]
+    return own["words"][:90] + (f" [not certified: {own['open']}]" if own["open"] else "")
 
 
 def _ratio(row: Row) -> float | None:

@@ -18,7 +18,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from benchmarks.shows.show import Question, Row
+from benchmarks.shows.show import Columns, Question, Row, listed
 from ocp import (
     TIME,
     Between,
@@ -100,22 +100,18 @@ def answer(question: Question, folder: Path) -> Row:
 
 def tables(rows: Sequence[Row]) -> list[Table]:
     """One line a problem, and how many came to which end."""
-    cells = [
-        [
-            row["name"],
-            number(row["optimum"], 6),
-            number(row.get("value"), 6),
-            row["failure"] or row["outcome"],
-            ", ".join(row.get("by", ()))[:60],
-            row.get("stated_by", ""),
-        ]
-        for row in rows
-    ]
-    head = ["", "optimum", "found", "outcome", "by", "who would state it"]
+    columns: Columns = {
+        "": "name",
+        "optimum": lambda row: number(row["optimum"], 6),
+        "found": lambda row: number(row["value"], 6),
+        "outcome": lambda row: row["failure"] or row["outcome"],
+        "by": lambda row: ", ".join(row["by"])[:60],
+        "who would state it": "stated_by",
+    }
     counts = Counter(row["failure"] or row["outcome"] for row in rows)
     total = [[outcome, str(counts[outcome])] for outcome in OUTCOMES]
     return [
-        Table("Planted problems", head, cells),
+        listed("Planted problems", rows, columns),
         Table("Together", ["outcome", "problems"], total),
     ]
 

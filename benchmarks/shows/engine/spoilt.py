@@ -28,7 +28,7 @@ import numpy as np
 
 from benchmarks.shows.engine.engine_problem import problem_of
 from benchmarks.shows.engine.variant import Variant, catalogue
-from benchmarks.shows.show import Question, Row
+from benchmarks.shows.show import Columns, Question, Row, listed
 from ocp import FixedMesh, Settings, Solution, certify, solve
 from ocp.errors import OcpError, StatementWarning
 from ocp.estimates.promised_gain import unit_costs
@@ -309,20 +309,22 @@ _SPOILERS: Mapping[str, Callable[[Solution, np.random.Generator], Spoilt | None]
 
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Each spoilt answer in a row, and how many of each kind were refused by what."""
-    head = ("case", "way", "problem", "right", "spoilt", "refused by", "what was done")
-    cells = [
-        (
-            str(row["index"]),
-            row["way"],
-            row.get("problem") or "-",
-            number(row.get("right"), 9),
-            number(row.get("spoilt"), 9),
-            row["failure"] or ", ".join(row["by"][:2]) or ("ANOTHER" if row["refused"] else "NONE"),
-            row.get("words", ""),
-        )
-        for row in rows
-    ]
-    return [Table("Answers that were spoilt", head, cells), _counts(rows)]
+    columns: Columns = {
+        "case": "index",
+        "way": "way",
+        "problem": lambda row: row["problem"] or "-",
+        "right": lambda row: number(row.get("right"), 9),
+        "spoilt": lambda row: number(row.get("spoilt"), 9),
+        "refused by": _refused_by,
+        "what was done": "words",
+    }
+    return [listed("Answers that were spoilt", rows, columns), _counts(rows)]
+
+
+def _refused_by(row: Row) -> str:
+    if row["failure"]:
+        return str(row["failure"])
+    return ", ".join(row["by"][:2]) or ("ANOTHER" if row["refused"] else "NONE")
 
 
 def _counts(rows: Sequence[Row]) -> Table:

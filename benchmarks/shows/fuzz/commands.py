@@ -24,7 +24,7 @@ import numpy as np
 
 from benchmarks.shows.fuzz.grammar import KINDS, draw
 from benchmarks.shows.fuzz.said import faults_of
-from benchmarks.shows.show import Question, Row
+from benchmarks.shows.show import Columns, Question, Row, listed
 from benchmarks.shows.truss_random import run_command
 from studies.cli import main
 from studies.common.console import Table
@@ -193,8 +193,12 @@ def made_folder(cases: Path) -> Path:
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Return each case with a fault in a row, and how many ended how."""
     wrong = [row for row in rows if row["failure"] or row["faults"]]
-    head = ("case", "line", "code", "faults")
-    cells = [_cells(row) for row in wrong]
+    columns: Columns = {
+        "case": "index",
+        "line": _line,
+        "code": "code",
+        "faults": lambda row: row["failure"] or "; ".join(row["faults"]),
+    }
     codes = [row["code"] for row in rows if not row["failure"]]
     total: dict[str, Any] = {
         "lines": len(rows),
@@ -206,7 +210,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         "longest work after the end [s of processor time]": _most(rows, "late", 1),
     }
     totals = Table("In total", ("", ""), [(name, str(value)) for name, value in total.items()])
-    return [Table("Lines with a fault", head, cells), totals]
+    return [listed("Lines with a fault", wrong, columns), totals]
 
 
 def _most(rows: Sequence[Row], name: str, place: int) -> str:
@@ -214,8 +218,6 @@ def _most(rows: Sequence[Row], name: str, place: int) -> str:
     return f"{max(row.get(name, (0.0, 0.0))[place] for row in rows):.1f}"
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _line(row: Row) -> str:
     line = " ".join([row["name"], *(repr(word)[1:-1] for word in row["words"])])
-    shown = line if len(line) <= SHOWN else f"{line[:SHOWN]} ..."
-    faults = row["failure"] or "; ".join(row["faults"])
-    return (str(row["index"]), shown, str(row.get("code", "-")), faults)
+    return line if len(line) <= SHOWN else f"{line[:SHOWN]} ..."

@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.shows.fuzz import damage
 from benchmarks.shows.fuzz.said import faults_of
-from benchmarks.shows.show import Question, Row
+from benchmarks.shows.show import Columns, Question, Row, listed
 from benchmarks.shows.truss_random import run_command
 from studies.cli import main
 from studies.common.console import Table
@@ -173,8 +173,14 @@ def _peak_memory() -> float:
 
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Return each case in a row, and how many ended how."""
-    head = ("case", "damage", "read by", "code", "MB", "faults")
-    cells = [_cells(row) for row in rows]
+    columns: Columns = {
+        "case": "index",
+        "damage": lambda row: f"{row['kind']}: {row.get('damage', row['file'])}",
+        "read by": lambda row: " ".join(row["words"]),
+        "code": "code",
+        "MB": lambda row: f"{row['memory']:.0f}",
+        "faults": lambda row: row["failure"] or "; ".join(row["faults"]),
+    }
     total: dict[str, Any] = {
         "folders": len(rows),
         "without a fault": sum(not (row["failure"] or row["faults"]) for row in rows),
@@ -182,17 +188,4 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         "largest peak memory [MB]": f"{max(row.get('memory', 0.0) for row in rows):.0f}",
     }
     totals = Table("In total", ("", ""), [(name, str(value)) for name, value in total.items()])
-    return [Table("Damaged folders", head, cells), totals]
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    if row["failure"]:
-        return (str(row["index"]), row["file"], " ".join(row["words"]), "-", "-", row["failure"])
-    return (
-        str(row["index"]),
-        f"{row['kind']}: {row['damage']}",
-        " ".join(row["words"]),
-        str(row["code"]),
-        f"{row['memory']:.0f}",
-        "; ".join(row["faults"]),
-    )
+    return [listed("Damaged folders", rows, columns), totals]

@@ -21,7 +21,7 @@ from benchmarks.processes import THREADS
 from benchmarks.records import ROOT
 from benchmarks.shows.fuzz.commands import made_folder
 from benchmarks.shows.fuzz.said import MARK, faults_of
-from benchmarks.shows.show import Question, Row
+from benchmarks.shows.show import Columns, Question, Row, listed
 from studies.cli import COMMANDS
 from studies.common.console import Table
 from studies.common.exit_codes import ExitCode
@@ -142,8 +142,16 @@ def processor_of(process: int) -> float:
 
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Return each case in a row, and the longest times."""
-    head = ("command", "at [s]", "code", "wall [s]", "processor [s]", "kept", "said", "faults")
-    cells = [_cells(row) for row in rows]
+    columns: Columns = {
+        "command": "name",
+        "at [s]": lambda row: f"{row['at']:g}",
+        "code": "code",
+        "wall [s]": lambda row: f"{row['wall']:.1f}" if row["stopped"] else "-",
+        "processor [s]": lambda row: f"{row['processor']:.1f}" if row["stopped"] else "-",
+        "kept": lambda row: f"{len(row['kept'])} files",
+        "said": lambda row: (row["said"] or ["-"])[0],
+        "faults": lambda row: row["failure"] or "; ".join(row["faults"]),
+    }
     sent = [row for row in rows if row.get("stopped")]
     total = {
         "stopped": len(sent),
@@ -153,17 +161,8 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         "longest until the end [s of wall time]": f"{_most(sent, 'wall'):.1f}",
     }
     totals = Table("In total", ("", ""), [(name, str(value)) for name, value in total.items()])
-    return [Table("Stopped by Ctrl-C", head, cells), totals]
+    return [listed("Stopped by Ctrl-C", rows, columns), totals]
 
 
 def _most(rows: Sequence[Row], name: str) -> float:
     return max((row[name] for row in rows), default=0.0)
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    named = (row["name"], f"{row['at']:g}")
-    if row["failure"]:
-        return (*named, "-", "-", "-", "-", "-", row["failure"])
-    times = (f"{row['wall']:.1f}", f"{row['processor']:.1f}") if row["stopped"] else ("-", "-")
-    words = (f"{len(row['kept'])} files", (row["said"] or ["-"])[0], "; ".join(row["faults"]))
-    return (*named, str(row["code"]), *times, *words)
