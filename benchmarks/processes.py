@@ -18,7 +18,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 BYTECODE = "PYTHONDONTWRITEBYTECODE"  # set, it makes our modules be compiled at every start
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -26,42 +26,27 @@ LONGEST = 120  # characters of an error that are kept
 
 
 @dataclass(frozen=True)
-class Ended:
-    """How a command ended.
+class Answered:
+    """How a measuring process ended, and what it answered.
 
     Attributes
     ----------
-    code : int or None
-        Its exit code; None if the limit ended it.
     seconds : float
         From its start to its end.
     started : float
         Instant of its start, on the system's clock `time.monotonic`.
     processor : float
         Seconds of processor time, of its children too; a busy machine changes it less.
-    """
-
-    code: int | None
-    seconds: float
-    started: float
-    processor: float
-
-
-@dataclass(frozen=True)
-class Answered:
-    """What a measuring process answered.
-
-    Attributes
-    ----------
-    ended : Ended
     answer : mapping or None
         What it wrote.
     failure : str
         Why there is no answer; empty if there is.
     """
 
-    ended: Ended
-    answer: Mapping[str, Any] | None = None
+    seconds: float
+    started: float
+    processor: float
+    answer: Mapping[str, Any] | None
     failure: str = ""
 
 
@@ -82,54 +67,43 @@ class FreshProcess:
     def run(self, *arguments: object, limit: float) -> Answered:
         """Run to the end, or to `limit` seconds; nothing is left running, whatever happens."""
         with tempfile.TemporaryDirectory(prefix="antenna-ocp-") as scratch:
-            answer_file = Path(scratch) / "answer.json"
+            answer_file, said = Path(scratch) / "answer.json", Path(scratch) / "said"
             words = [*self.command, *(str(a) for a in arguments), str(answer_file)]
 
-            with (Path(scratch) / "said").open("w+", encoding="utf-8", errors="replace") as said:
-                ended = run_to_end(words, self.environment, scratch, said, said, limit)
-                if ended.code is None:
-                    return Answered(ended, None, f"not done after {limit:g} s")
+            processor, started = _processor_of_children(), time.monotonic()
+            with said.open("w", encoding="utf-8") as output:
+                process = subprocess.Popen(
+                    words,
+                    env=self._variables(),
+                    cwd=scratch,
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=output,
+                    start_new_session=True,  # its children are ended with it, as one group
+                )
+            late = _waited_for(process, limit)
+            seconds = time.monotonic() - started
+            processor = _processor_of_children() - processor
 
-                # Without an answer, the last line that it printed is the best reason there is.
-                if not answer_file.is_file():
-                    said.seek(0)
-                    return Answered(ended, None, _last_line(said.read(), ended.code))
+            # Without an answer, the last line that it printed is the best reason there is.
+            answer, failure = None, ""
+            if late:
+                failure = f"not done after {limit:g} s"
+            elif answer_file.is_file():
+                answer = json.loads(answer_file.read_text("utf-8"))
+            else:
+                failure = _last_line(said.read_text("utf-8", "replace"), process.returncode)
+            return Answered(seconds, started, processor, answer, failure)
 
-            return Answered(ended, json.loads(answer_file.read_text("utf-8")))
+    def _variables(self) -> dict[str, str]:
+        """Our environment, one thread, bytecode kept, and the changes."""
+        merged: dict[str, str | None] = {**os.environ, **dict.fromkeys(THREADS, "1")}
+        merged |= {BYTECODE: None, **self.environment}
+        return {name: value for name, value in merged.items() if value is not None}
 
 
-def run_to_end(
-    words: Sequence[str],
-    environment: Mapping[str, str | None],
-    folder: str | Path,
-    out: IO[str],
-    errors: IO[str],
-    limit: float,
-) -> Ended:
-    """Run a command to its end, or to `limit` seconds.
-
-    Parameters
-    ----------
-    words : sequence of str
-    environment : mapping
-        Variables to set beside ours; None takes one away.
-    folder : path
-        Where the command runs.
-    out, errors : files
-        Where it prints.
-    limit : float
-        [s]; then the command and its children are killed.
-    """
-    processor, started = _processor_of_children(), time.monotonic()
-    process = subprocess.Popen(
-        words,
-        env=_variables(environment),
-        cwd=folder,
-        stdin=subprocess.DEVNULL,
-        stdout=out,
-        stderr=errors,
-        start_new_session=True,  # its children are ended with it, as one group
-    )
+def _waited_for(process: subprocess.Popen[bytes], limit: float) -> bool:
+    """Wait for the end; whether the limit [s] has ended the process and its children."""
     late = threading.Event()
 
     def kill() -> None:
@@ -142,25 +116,14 @@ def run_to_end(
     timer = threading.Timer(limit, kill)
     timer.start()
     try:
-        code = process.wait()
-        seconds = time.monotonic() - started
+        process.wait()
     finally:
         timer.cancel()
         timer.join()
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-
-    processor = _processor_of_children() - processor
-    return Ended(None if late.is_set() else code, seconds, started, processor)
-
-
-def _variables(changes: Mapping[str, str | None]) -> dict[str, str]:
-    """Our environment, one thread, bytecode kept, and the changes."""
-    merged: dict[str, str | None] = {**os.environ, **dict.fromkeys(THREADS, "1")}
-    merged[BYTECODE] = None
-    merged |= changes
-    return {name: value for name, value in merged.items() if value is not None}
+    return late.is_set()
 
 
 def _processor_of_children() -> float:

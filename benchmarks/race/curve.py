@@ -5,27 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from benchmarks.parts import Measured, Setup
-from benchmarks.race.contestants import PROBLEMS, taking_part
+from benchmarks.race.contestants import PROBLEMS
 from benchmarks.race.medians import TITLES, error_cells
+from benchmarks.race.runs import measured
 from studies.common.console import Table, number
 
 
 def measure(setup: Setup) -> Iterator[Measured]:
     """Run every contestant once on each of its meshes; see `BenchmarkPart`."""
-    from benchmarks.race.runs import RaceRun, processes_of, race
-
-    contestants = taking_part(setup.peers)
-    progress = setup.console.progress
-    processes = processes_of(contestants, setup.environments, progress)
-    entries = [
-        RaceRun(problem, contestant, size)
-        for problem in PROBLEMS
-        for contestant in contestants
-        for size in contestant.sizes[problem]
-    ]
-
-    for state in race(entries, processes, 1, setup.limit, progress):
-        yield {"limit": setup.limit, "rows": [entry.record() for entry in state]}
+    return measured(setup, 1, lambda problem, contestant: contestant.sizes[problem])
 
 
 def tables(record: Measured) -> list[Table]:

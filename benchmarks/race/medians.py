@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from benchmarks.parts import Measured, Setup
-from benchmarks.race.contestants import BASELINES, OURS, PEERS, PROBLEMS, taking_part
+from benchmarks.race.contestants import BASELINES, OURS, PEERS, PROBLEMS
+from benchmarks.race.runs import measured
 from studies.common.console import Table, number
 
 TITLES = {
@@ -24,17 +25,8 @@ NOTES = (
 
 
 def measure(setup: Setup) -> Iterator[Measured]:
-    """Run the race; see `BenchmarkPart`."""
-    from benchmarks.race.runs import RaceRun, processes_of, race
-
-    contestants = taking_part(setup.peers)
-    progress = setup.console.progress
-    processes = processes_of(contestants, setup.environments, progress)
-    entries = [RaceRun(problem, contestant) for problem in PROBLEMS for contestant in contestants]
-
-    for state in race(entries, processes, setup.repeats, setup.limit, progress):
-        rows = [entry.record() for entry in state]
-        yield {"repeats": setup.repeats, "limit": setup.limit, "rows": rows}
+    """Run the race, each on its own mesh; see `BenchmarkPart`."""
+    return measured(setup, setup.repeats, lambda problem, contestant: (0,))
 
 
 def tables(record: Measured) -> list[Table]:

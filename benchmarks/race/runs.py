@@ -9,8 +9,9 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from benchmarks.parts import Measured, Setup
 from benchmarks.processes import Answered, FreshProcess
-from benchmarks.race.contestants import Contestant
+from benchmarks.race.contestants import PROBLEMS, Contestant, taking_part
 from benchmarks.race.environments import NotInstalled, python_of
 from benchmarks.race.verifier import Judgement, judge
 
@@ -76,6 +77,23 @@ class RaceRun:
             "check": asdict(self.judgement) if self.judgement else None,
             "note": self.note,
         }
+
+
+def measured(
+    setup: Setup, repeats: int, sizes: Callable[[str, Contestant], Sequence[int]]
+) -> Iterator[Measured]:
+    """Run all who take part, on meshes of the sizes that each has for a problem."""
+    contestants, progress = taking_part(setup.peers), setup.console.progress
+    processes = processes_of(contestants, setup.environments, progress)
+    entries = [
+        RaceRun(problem, contestant, size)
+        for problem in PROBLEMS
+        for contestant in contestants
+        for size in sizes(problem, contestant)
+    ]
+    for state in race(entries, processes, repeats, setup.limit, progress):
+        rows = [entry.record() for entry in state]
+        yield {"repeats": repeats, "limit": setup.limit, "rows": rows}
 
 
 def processes_of(
@@ -148,13 +166,13 @@ def _columns(
     A verification of its own is a service that few contestants have. It is shown beside, and is
     no part of the process's seconds.
     """
-    ended, verification = answered.ended, answer["verification"]
+    verification = answer["verification"]
     return {
-        "start": answer["imported"] - ended.started,
+        "start": answer["imported"] - answered.started,
         "solve": answer["solved"] - answer["imported"],
         "verification": verification,
-        "process": ended.seconds - (verification or 0.0),
-        "processor": ended.processor,
+        "process": answered.seconds - (verification or 0.0),
+        "processor": answered.processor,
         "common_check": common_check,
         "memory": answer["memory"],
     }

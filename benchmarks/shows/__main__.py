@@ -98,7 +98,7 @@ def _run_case(store: RowStore, name: str, module: Show, seed: int, index: int, l
         "index": index,
         **module.question(seed, index),
         **(answered.answer or {}),
-        "seconds": answered.ended.seconds,
+        "seconds": answered.seconds,
         "failure": answered.failure,
     }
 

@@ -59,7 +59,7 @@ class Size:
                 row["failure"] = answered.failure
                 if answered.answer is not None:
                     row["runs"].append(answered.answer)
-                outcome = answered.failure or f"{answered.ended.seconds:.1f} s"
+                outcome = answered.failure or f"{answered.seconds:.1f} s"
                 setup.console.progress(f"{self.kind} {row['value']}, run {turn + 1}: {outcome}")
                 yield {"kind": self.kind, "limit": limit, "rows": rows}
 

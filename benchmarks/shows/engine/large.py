@@ -131,7 +131,7 @@ def _by_process(question: Question, folder: Path) -> tuple[dict[str, Any], Start
     answered = FreshProcess(command, {"PYTHONPATH": str(ROOT)}).run(limit=SECONDS)
     if answered.answer is None:
         nothing = {"value": None, "rounds": 0, "iterations": 0, "open": ""}
-        return {**nothing, "words": answered.failure, "processor": answered.ended.processor}, None
+        return {**nothing, "words": answered.failure, "processor": answered.processor}, None
     return dict(answered.answer), start_from(load(file)) if file.is_file() else None
 
 

@@ -1,4 +1,4 @@
-"""Tables of rows: what a row without an answer lacks is a dash, and what an answer lacks a defect."""
+"""Tables of rows: a row without an answer has dashes, an answer lacks nothing."""
 
 import pytest
 
