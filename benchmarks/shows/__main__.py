@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.entry import answer_for, positive, whole
 from benchmarks.processes import FreshProcess
-from benchmarks.records import ROOT
+from benchmarks.records import ROOT, provenance
 from benchmarks.shows.show import SHOWS, Row, Show, show
-from benchmarks.shows.store import RowStore, open_store
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.sweep.cases.plan import SCHEMA, CodeVersion, hashed
+from studies.sweep.cases.store import CaseStore, DamagedCase
 
 PARENT = Path("results") / "shows"
 
@@ -60,47 +63,79 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         )
     limit = module.LIMIT if options.limit is None else positive("--limit", options.limit)
     folder = options.results or PARENT / f"{options.name}-{seed}"
-    store = open_store(folder, options.name, seed)
+    cases = Cases(options.name, module, seed, limit, CaseStore(folder, _version()))
+    cases.store.open()
 
-    wanted, interrupted = range(skipped, count), False
+    rows, interrupted = cases.rows(range(count)), False
     try:
-        _run_missing(store, options.name, seed, wanted, limit, console)
+        for index in (index for index in range(skipped, count) if index not in rows):
+            row = rows[index] = cases.run(index)
+            outcome = row["failure"] or "answered"
+            console.progress(f"case {index + 1} of {count}: {outcome}, {row['seconds']:.1f} s")
     except KeyboardInterrupt:  # the rows until then are printed
         interrupted = True
 
-    rows = [row for index, row in store.rows().items() if index in wanted]
-    if rows:
-        console.say("\n\n".join(str(table) for table in module.tables(rows)))
-    console.say(f"\n{len(rows)} of {len(wanted)} rows are in {store.folder}")
+    wanted = [rows[index] for index in range(skipped, count) if index in rows]
+    if wanted:
+        console.say("\n\n".join(str(table) for table in module.tables(wanted)))
+    console.say(f"\n{len(wanted)} of {count - skipped} rows are in {folder}")
+    for words, other in cases.store.others().items():
+        console.say(f"{other} rows of {words} are there too, and left out")
     return ExitCode.INTERRUPTED if interrupted else ExitCode.OK
 
 
-def _run_missing(
-    store: RowStore, name: str, seed: int, wanted: range, limit: float, console: Console
-) -> None:
-    """Run the wanted cases that have no row, in order."""
-    module, known = show(name), store.rows()
-    for index in wanted:
-        if index in known:
-            continue
-        row = _run_case(store, name, module, seed, index, limit)
-        store.write(index, row)
-        outcome = row["failure"] or "answered"
-        console.progress(f"case {index + 1} of {wanted.stop}: {outcome}, {row['seconds']:.1f} s")
+def _version() -> CodeVersion:
+    """The state of all packages that are measured: shows call commands of any of them."""
+    made = provenance()
+    return CodeVersion(SCHEMA, made["commit"], made["casadi"], hashed(made))
 
 
-def _run_case(store: RowStore, name: str, module: Show, seed: int, index: int, limit: float) -> Row:
-    """The row of one case; a crash, or the limit, is a row with its reason."""
-    command = (sys.executable, "-m", "benchmarks.shows.case", name, str(seed), str(index))
-    process = FreshProcess(command, {"PYTHONPATH": str(ROOT)})
-    answered = process.run(store.case_folder(index).resolve(), limit=limit)
-    return {
-        "index": index,
-        **module.question(seed, index),
-        **(answered.answer or {}),
-        "seconds": answered.seconds,
-        "failure": answered.failure,
-    }
+@dataclass(frozen=True)
+class Cases:
+    """The cases of a show and a seed; their rows are files of the store of sweeps.
+
+    Attributes
+    ----------
+    name, module, seed : of the show.
+    limit : that a case may last [s].
+    store : of the rows that this state of the code has answered.
+    """
+
+    name: str
+    module: Show
+    seed: int
+    limit: float
+    store: CaseStore
+
+    def rows(self, wanted: range) -> dict[int, Row]:
+        """Return the rows that are there; a damaged one is none."""
+        found: dict[int, Row] = {}
+        for index in wanted:
+            with contextlib.suppress(DamagedCase):
+                found[index] = self.store.read(self._key(index))
+        return found
+
+    def run(self, index: int) -> Row:
+        """Answer a case and keep its row; a crash, or the limit, is a row with its reason."""
+        words = ("-m", "benchmarks.shows.case", self.name, str(self.seed), str(index))
+        process = FreshProcess((sys.executable, *words), {"PYTHONPATH": str(ROOT)})
+        folder = self.store.folder / "kept" / self._key(index)
+        folder.mkdir(parents=True, exist_ok=True)
+        answered = process.run(folder.resolve(), limit=self.limit)
+        self.store.write(
+            {
+                "key": self._key(index),
+                "index": index,
+                **self.module.question(self.seed, index),
+                **(answered.answer or {}),
+                "seconds": answered.seconds,
+                "failure": answered.failure,
+            }
+        )
+        return self.store.read(self._key(index))
+
+    def _key(self, index: int) -> str:
+        return f"{self.name}-{self.seed}-{index:06}"
 
 
 if __name__ == "__main__":

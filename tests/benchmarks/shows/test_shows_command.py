@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.records import ROOT
+from benchmarks.records import ROOT, provenance
 from benchmarks.shows import show as shows
 from benchmarks.shows.__main__ import main
 from benchmarks.shows.show import SHOWS, show
@@ -57,6 +57,11 @@ def counting(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     return tmp_path / "rows"
 
 
+def stored(folder: Path) -> list[dict[str, Any]]:
+    files = sorted((folder / "cases").glob("*/*.jsonl"))
+    return [json.loads(file.read_text().splitlines()[0]) for file in files]
+
+
 def run(folder: Path, *flags: str) -> int:
     return main(["counting", "--results", str(folder), *flags])
 
@@ -66,7 +71,7 @@ def test_the_first_cases_can_be_left_out(
 ) -> None:
     assert run(counting, "--count", "1", "--skip", "0") == 0
     assert run(counting, "--count", "4", "--skip", "3", "--seed", "0") == 0
-    rows = [json.loads(file.read_text()) for file in sorted((counting / "rows").iterdir())]
+    rows = stored(counting)
     assert [row["index"] for row in rows] == [0, 3]
     assert "1 of 1 rows are in" in capsys.readouterr().out
     assert run(counting, "--count", "2", "--skip", "2") == 2
@@ -77,7 +82,7 @@ def test_every_case_is_a_row_and_a_failure_says_why(
     counting: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(counting, "--count", "3", "--seed", "5") == 0
-    rows = [json.loads(file.read_text()) for file in sorted((counting / "rows").iterdir())]
+    rows = stored(counting)
     assert [row["index"] for row in rows] == [0, 1, 2]
     assert [row["asked"] for row in rows] == [500, 501, 502]
     assert [row.get("answered") for row in rows] == [5, None, 7]
@@ -91,11 +96,14 @@ def test_a_run_that_was_stopped_goes_on_where_it_was(
     counting: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(counting, "--count", "3") == 0
-    (counting / "rows" / "000001.json").unlink()
-    (counting / "rows" / "000002.part").write_text('{"index"')  # half written when it was killed
+    lost, damaged = sorted((counting / "cases").glob("*/*.jsonl"))[1:]
+    lost.unlink()
+    damaged.write_text('{"index"')
     assert run(counting, "--count", "4") == 0
-    tries = [len((counting / "cases" / f"{i:06}" / "tries").read_text()) for i in range(4)]
-    assert tries == [1, 2, 1, 1]
+    tries = [
+        len((counting / "kept" / f"counting-0-{i:06}" / "tries").read_text()) for i in range(4)
+    ]
+    assert tries == [1, 2, 2, 1]
     assert f"4 of 4 rows are in {counting}" in capsys.readouterr().out
 
 
@@ -104,14 +112,14 @@ def test_rows_until_an_interruption_are_printed(
 ) -> None:
     import benchmarks.shows.__main__ as command
 
-    run_case = command._run_case
+    run_case = command.Cases.run
 
-    def interrupted(*arguments: Any) -> Any:
-        if arguments[4] == 2:
+    def interrupted(cases: Any, index: int) -> Any:
+        if index == 2:
             raise KeyboardInterrupt
-        return run_case(*arguments)
+        return run_case(cases, index)
 
-    monkeypatch.setattr(command, "_run_case", interrupted)
+    monkeypatch.setattr(command.Cases, "run", interrupted)
     assert run(counting, "--count", "3") == 130
     assert f"2 of 3 rows are in {counting}" in capsys.readouterr().out
 
@@ -134,18 +142,27 @@ def test_bad_input_is_one_sentence(
     assert words in " ".join(capsys.readouterr().err.split())
 
 
-def test_rows_of_another_seed_or_folder_are_refused(
-    counting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_rows_of_another_state_of_the_code_are_left_out(
+    counting: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(counting, "--count", "1") == 0
-    assert run(counting, "--count", "1", "--seed", "1") == 6
-    assert "holds rows of seed 0, not 1; name another one" in capsys.readouterr().err
-    other = tmp_path / "other"
-    other.mkdir()
-    (other / "letter.txt").write_text("mine")
-    assert run(other) == 6
-    assert "it has no show.json, but letter.txt" in capsys.readouterr().err
-    assert [path.name for path in other.iterdir()] == ["letter.txt"]
+    assert run(counting, "--count", "1", "--seed", "1") == 0
+    assert [row["asked"] for row in stored(counting)] == [0, 100]
+
+    other = {**provenance(), "commit": "another"}
+    monkeypatch.setattr("benchmarks.shows.__main__.provenance", lambda: other)
+    assert run(counting, "--count", "1") == 0
+    said = capsys.readouterr().out
+    assert "2 rows of" in said
+    assert "are there too, and left out" in said
+
+
+def test_a_folder_that_cannot_be_made_is_one_sentence(
+    counting: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    counting.write_text("mine")
+    assert run(counting) == 6
+    assert "cannot be written" in capsys.readouterr().err
 
 
 def test_every_show_has_what_a_show_needs(capsys: pytest.CaptureFixture[str]) -> None:
