@@ -63,7 +63,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         )
     limit = module.LIMIT if options.limit is None else positive("--limit", options.limit)
     folder = options.results or PARENT / f"{options.name}-{seed}"
-    cases = Cases(options.name, module, seed, limit, CaseStore(folder, _version()))
+    cases = SeededCases(options.name, module, seed, limit, CaseStore(folder, _version()))
     cases.store.open()
 
     rows, interrupted = cases.rows(range(count)), False
@@ -91,7 +91,7 @@ def _version() -> CodeVersion:
 
 
 @dataclass(frozen=True)
-class Cases:
+class SeededCases:
     """The cases of a show and a seed; their rows are files of the store of sweeps.
 
     Attributes

@@ -112,14 +112,14 @@ def test_rows_until_an_interruption_are_printed(
 ) -> None:
     import benchmarks.shows.__main__ as command
 
-    run_case = command.Cases.run
+    run_case = command.SeededCases.run
 
     def interrupted(cases: Any, index: int) -> Any:
         if index == 2:
             raise KeyboardInterrupt
         return run_case(cases, index)
 
-    monkeypatch.setattr(command.Cases, "run", interrupted)
+    monkeypatch.setattr(command.SeededCases, "run", interrupted)
     assert run(counting, "--count", "3") == 130
     assert f"2 of 3 rows are in {counting}" in capsys.readouterr().out
 
