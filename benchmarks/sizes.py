@@ -28,9 +28,6 @@ ROOT = Path(__file__).resolve().parents[1]
 # Rooms that no bare `solve` enters, or needs for its answer.
 _BEHIND_THE_SOLVE = ("analysis", "diagnostics", "solution")
 
-# Files of `verification` that belong to `certify`.
-_CERTIFY = ("certif", "condition", "confirm", "other_controls", "minimum_principle")
-
 # Numbers that need no name.
 _PLAIN = {0, 1, 2, 3, 0.5}
 
@@ -183,10 +180,8 @@ def entered() -> set[str]:
 
 
 def on_solve_path(source: CountedFile) -> bool:
-    """Whether a bare `solve` needs a file: not those of analysis, solution and certify."""
-    room, name = source.path.parts[1], source.path.name
-    behind = room in _BEHIND_THE_SOLVE
-    return not behind and not (room == "verification" and name.startswith(_CERTIFY))
+    """Whether a bare `solve` needs a file: not those of analysis, solution and diagnostics."""
+    return source.path.parts[1] not in _BEHIND_THE_SOLVE
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Mapping, Sequence
 
-from benchmarks.entry import answer_for
+from benchmarks.entry import answer_for, closest
 from benchmarks.optima.benchmark import Benchmark
 from benchmarks.optima.checks import OWN_CHECKS
 from benchmarks.optima.problems import CATALOGUE
@@ -26,7 +26,6 @@ def build_parser() -> argparse.ArgumentParser:
         "only if all pass.",
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help="problems to solve; all if none")
-    parser.add_argument("--tag", metavar="TAG", help="only those so tagged, e.g. 'free time'")
     parser.add_argument("--list", action="store_true", help="list them with their sources")
     return parser
 
@@ -38,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Solve each in a process of its own, and print the table."""
-    chosen = select(options.names, options.tag)
+    chosen = select(options.names)
     if options.list:
         console.say(_contents(chosen))
         return ExitCode.OK
@@ -65,37 +64,25 @@ def passes(record: Record) -> bool:
     return record.value is not None and not set(OWN_CHECKS) & set(record.failed_checks)
 
 
-def select(names: Sequence[str], tag: str | None = None) -> list[Benchmark]:
-    """The benchmarks of the given names (all if there are none) that carry the tag.
+def select(names: Sequence[str]) -> list[Benchmark]:
+    """The benchmarks of the given names, all if there are none.
 
     Raises
     ------
     StudyError
-        If a name or tag is unknown, or no problem is left.
+        If a name is unknown.
     """
     for name in names:
         if name not in CATALOGUE:
-            raise StudyError(
-                f"there is no benchmark {quoted(name)}; the names are {', '.join(CATALOGUE)}"
-            )
-    made = [CATALOGUE[name]() for name in (names or CATALOGUE)]
-    chosen = [benchmark for benchmark in made if tag is None or tag in benchmark.tags]
-    if not chosen:
-        tags = sorted({tag for benchmark in made for tag in benchmark.tags})
-        raise StudyError(
-            f"none of these benchmarks is tagged {quoted(tag)}; tags: {', '.join(tags)}"
-        )
-    return chosen
+            raise StudyError(f"there is no benchmark {quoted(name)}; {closest(name, CATALOGUE)}")
+    return [CATALOGUE[name]() for name in (names or CATALOGUE)]
 
 
 def _contents(chosen: Sequence[Benchmark]) -> Table:
     return Table(
-        title="Benchmarks",
-        head=("problem", "optimum", "tolerance", "tags and source"),
-        rows=[
-            (b.name, f"{b.optimum:.12g}", f"{b.tolerance:.0e}", f"{', '.join(b.tags)}: {b.source}")
-            for b in chosen
-        ],
+        "Benchmarks",
+        ("problem", "optimum", "tolerance", "source"),
+        [(b.name, f"{b.optimum:.12g}", f"{b.tolerance:.0e}", b.source) for b in chosen],
     )
 
 

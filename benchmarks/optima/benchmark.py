@@ -15,15 +15,17 @@ class Benchmark:
     optimum : trusted value of the objective, in the problem's own sense and unit.
     tolerance : relative error allowed.
     source : where the problem and the optimum come from.
-    tags : what is difficult about it.
     """
 
-    name: str
     problem: Problem
     optimum: float
     tolerance: float
     source: str
-    tags: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """That of the problem."""
+        return self.problem.name
 
     def error(self, value: float) -> float:
         """Relative error of `value` against the optimum, signed."""

@@ -29,10 +29,8 @@ def brachistochrone() -> Benchmark:
     )
 
     return Benchmark(
-        "brachistochrone",
         Problem("brachistochrone", (slide,), minimise=slide.end_time),
         optimum=0.8247591431566,
         tolerance=1e-8,
         source="PSOPT, example brac1; cycloid",
-        tags=("smooth", "free time"),
     )

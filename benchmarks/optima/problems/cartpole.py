@@ -39,10 +39,8 @@ def cartpole() -> Benchmark:
     )
 
     return Benchmark(
-        "cartpole_kelly",
         Problem("cartpole_kelly", (swing,), minimise=swing.integral(F.symbol**2, "effort")),
         optimum=58.8076674582,
         tolerance=1e-7,
         source="Kelly, SIAM Review 2017; collocation and Pontryagin boundary value problem",
-        tags=("smooth",),
     )

@@ -26,10 +26,8 @@ def catmix() -> Benchmark:
     )
 
     return Benchmark(
-        "catmix",
         Problem("catmix", (reactor,), minimise=-1 + reactor.at_end(a) + reactor.at_end(b)),
         optimum=-0.04805568445,
         tolerance=1e-6,
         source="COPS 3.0, catmix (-4.80556e-2); refined computation",
-        tags=("singular arc", "bang-bang"),
     )

@@ -30,12 +30,10 @@ def bryson_denham() -> Benchmark:
     )
 
     return Benchmark(
-        "bryson_denham",
         Problem("bryson_denham", (move,), minimise=move.integral(u.symbol**2 / 2, "effort")),
         optimum=4 / (9 * cap.value),
         tolerance=1e-6,
         source="Bryson & Ho, Applied Optimal Control, p. 120: 4/(9 l) for l <= 1/6",
-        tags=("state constraint",),
     )
 
 
@@ -61,12 +59,10 @@ def di_min_time() -> Benchmark:
     )
 
     return Benchmark(
-        "di_min_time",
         Problem("di_min_time", (move,), minimise=move.end_time),
         optimum=math.sqrt(2 * distance.value * (1 / 1 + 1 / 2)),
         tolerance=1e-6,
         source="ICLOCS2, example BangBang: sqrt(2 D (1/a + 1/b))",
-        tags=("bang-bang", "free time"),
     )
 
 
@@ -91,12 +87,10 @@ def peak_accel() -> Benchmark:
     highest = move.peak(u, name="acceleration", unit="m/s^2", absolute=True)
 
     return Benchmark(
-        "peak_accel",
         Problem("peak_accel", (move,), minimise=highest),
         optimum=4 * distance.value / duration**2,
         tolerance=1e-7,
         source="closed form 4 D/T^2",
-        tags=("min-max", "bang-bang"),
     )
 
 
@@ -125,12 +119,10 @@ def peak_accel_jerk() -> Benchmark:
     root = math.sqrt(1 - 32 * distance / (cap.value * duration**3))
 
     return Benchmark(
-        "peak_accel_jerk",
         Problem("peak_accel_jerk", (move,), minimise=highest),
         optimum=cap.value * duration / 4 * (1 - root),
         tolerance=1e-5,
         source="closed form J T/4 (1 - sqrt(1 - 32 D/(J T^3)))",
-        tags=("min-max", "bang-bang"),
     )
 
 
@@ -165,7 +157,6 @@ def via_point() -> Benchmark:
     via = Bound("via point", there.at_end(x), "m", through, through)
 
     return Benchmark(
-        "via_point",
         Problem(
             "via_point",
             (there, back),
@@ -176,5 +167,4 @@ def via_point() -> Benchmark:
         optimum=81 / 8,
         tolerance=1e-9,
         source="closed form 81/8 of the cubic spline",
-        tags=("multi-phase",),
     )

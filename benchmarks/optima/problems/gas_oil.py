@@ -54,10 +54,8 @@ def gas_oil() -> Benchmark:
     ]
 
     return Benchmark(
-        "gas_oil",
         Problem("gas_oil", (crack,), minimise=sum(d**2 for d in deviations)),
         optimum=0.00523659583,
         tolerance=1e-5,
         source="COPS 3.0, gasoil (5.2366e-3); refined computation",
-        tags=("parameters",),
     )

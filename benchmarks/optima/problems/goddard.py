@@ -39,12 +39,10 @@ def goddard_vmax() -> Benchmark:
     )
 
     return Benchmark(
-        "goddard_vmax",
         Problem("goddard_vmax", (ascent,), maximise=ascent.at_end(h)),
         optimum=1.01257632464,
         tolerance=1e-6,
         source="Bocop / CTDirect.jl, goddard (1.01257); four-phase solution",
-        tags=("singular arc", "state constraint", "free time", "bang-bang"),
     )
 
 
@@ -104,7 +102,6 @@ def goddard_betts() -> Benchmark:
     entry = Bound("entry of the singular arc", sustain.at_start(singular), "lb", 0, 0, scale=30)
 
     return Benchmark(
-        "goddard_betts_3ph",
         Problem(
             "goddard_betts_3ph",
             (boost, sustain, coast),
@@ -115,5 +112,4 @@ def goddard_betts() -> Benchmark:
         optimum=18550.8718635,
         tolerance=1e-8,
         source="Betts, sec. 4.14 (18550.872); yapss (18550.8718638)",
-        tags=("multi-phase", "singular arc", "free time"),
     )

@@ -54,10 +54,8 @@ def robot_arm() -> Benchmark:
     )
 
     return Benchmark(
-        "robot_arm",
         Problem("robot_arm", (turn,), minimise=turn.end_time),
         optimum=9.14091174593,
         tolerance=1e-6,
         source="COPS 3.0, robot; Betts (9.14093620); two computations with exact switches",
-        tags=("bang-bang", "free time"),
     )

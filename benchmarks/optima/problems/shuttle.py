@@ -71,10 +71,8 @@ def shuttle() -> Benchmark:
     )
 
     return Benchmark(
-        "shuttle",
         Problem("shuttle", (entry,), maximise=entry.at_end(latitude) / deg),
         optimum=34.14118428,
         tolerance=1e-7,
         source="Betts, sec. 6.1 (0.59587608 rad); dymos; PSOPT; refined computation",
-        tags=("smooth", "free time"),
     )

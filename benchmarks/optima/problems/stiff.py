@@ -29,12 +29,10 @@ def hypersensitive() -> Benchmark:
     cost = run.integral((x.symbol**2 + u.symbol**2) / 2, "cost")
 
     return Benchmark(
-        "hypersensitive_50",
         Problem("hypersensitive_50", (run,), minimise=cost),
         optimum=1.330806904943,
         tolerance=1e-6,
         source="Rao & Mease 2000; closed form of the infinite horizon",
-        tags=("stiff", "smooth"),
     )
 
 
@@ -72,10 +70,8 @@ def alp_rider() -> Benchmark:
     cost = ride.integral(100 * norm + 0.01 * (u1.symbol**2 + u2.symbol**2), "cost")
 
     return Benchmark(
-        "alp_rider",
         Problem("alp_rider", (ride,), minimise=cost),
         optimum=2030.8545,
         tolerance=2e-6,
         source="Betts, alpr01 (2030.85609); PSOPT, example alpine",
-        tags=("stiff", "state constraint"),
     )

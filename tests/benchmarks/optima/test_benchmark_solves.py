@@ -75,7 +75,7 @@ def stated(monkeypatch: pytest.MonkeyPatch, benchmark: Benchmark) -> None:
 def test_a_wrong_optimum_fails_and_is_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    stated(monkeypatch, Benchmark("line", _line(), 2.0, 1e-6, "a mistake", ("test",)))
+    stated(monkeypatch, Benchmark(_line(), 2.0, 1e-6, "a mistake"))
     assert main([]) == ExitCode.NOT_VERIFIED
     printed = capsys.readouterr().out
     assert "-5.0e-01" in printed
@@ -89,7 +89,7 @@ def test_a_failed_solve_is_listed_not_raised(
     x, u = State("x"), Control("u", lower=-1, upper=1)
     phase = Phase("move", {x: u}, initial={x: 0}, final={x: 2}, end=1.0)
     problem = Problem("unreachable", (phase,), minimise=phase.integral(u.symbol**2))
-    stated(monkeypatch, Benchmark("unreachable", problem, 1.0, 1e-6, "none", ("test",)))
+    stated(monkeypatch, Benchmark(problem, 1.0, 1e-6, "none"))
     assert main([]) == ExitCode.NOT_VERIFIED
     assert "Infeasible: " in capsys.readouterr().out
 
@@ -108,4 +108,4 @@ def test_list_names_sources(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_unknown_name_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["catmx"]) == ExitCode.BAD_INPUT
-    assert "the names are brachistochrone" in capsys.readouterr().err
+    assert "did you mean catmix?" in capsys.readouterr().err
