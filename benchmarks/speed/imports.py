@@ -21,8 +21,8 @@ from studies.common.console import Table, number
 from studies.common.exit_codes import StudyError
 
 STARTS = {
-    "antenna-ocp --help": ("-m", "studies.cli", "--help"),
-    "antenna-ocp truss --help": ("-m", "studies.cli", "truss", "--help"),
+    "antenna-ocp --help": ("-m", "antenna_ocp", "--help"),
+    "antenna-ocp truss --help": ("-m", "antenna_ocp", "truss", "--help"),
     "import ocp": ("-c", "import ocp"),
     "truss study, before its solve": ("-c", "import studies.truss.search.motion_search"),
     "from ocp import solve": ("-c", "from ocp import solve"),

@@ -3,7 +3,6 @@
 import argparse
 import dataclasses
 import functools
-import inspect
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -15,20 +14,13 @@ from sphinx.errors import ExtensionError
 
 from models.arm.parameters import ArmParameters
 from models.truss import JointMasses, TrussParameters
-from studies.arm.config import (
-    ArmDescription,
-    ArmStudy,
-    BaselinesStudy,
-    LeastDurationStudy,
-    RobustStudy,
-    SequenceStudy,
-    StageStudy,
-)
-from studies.arm.trade_off import TradeOffStudy
-from studies.cli import COMMANDS, PROGRAM, build_parser
+from studies import registry
+from studies.arm.command import ARM
+from studies.arm.config import ArmDescription, SequenceStudy, StageStudy
+from studies.cli import PROGRAM, build_parser
 from studies.codesign import DesignSpace
-from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode
+from studies.common.keys import UNIT, field_texts, key_lines
 from studies.drive import Drive
 from studies.flex.config import FlexStudy, JointCase, LinkCase, MaterialCase, SweepCase
 from studies.flex.expressions import FUNCTIONS, NAMES
@@ -45,20 +37,6 @@ from studies.robust import Uncertainty
 from studies.sweep import SweepStudy
 from studies.truss import TrussStudy
 from studies.truss.limits.tolerances import PLAUSIBLE, VERIFICATION
-
-SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
-FIELD = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n[ ]+.*)*)", re.M)
-UNIT = re.compile(r"\s*\[([^\]]+)\]")
-
-
-ARM_QUESTIONS = {
-    "arm solve": ArmStudy,
-    "arm baselines": BaselinesStudy,
-    "arm least-duration": LeastDurationStudy,
-    "arm sequence": SequenceStudy,
-    "pareto arm": TradeOffStudy,
-    "robust arm": RobustStudy,
-}
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -79,20 +57,6 @@ def parameter_table(kind: type) -> str:
         meaning = UNIT.sub("", text, count=1).strip(" .,")
         rows.append((f"`{field.name}`", meaning, units[0] if units else "-", _default(field)))
     return table(("parameter", "meaning", "unit", "default"), rows)
-
-
-def field_texts(kind: type) -> dict[str, str]:
-    """What the docstring of a class says of each field."""
-    section = SECTION.search(inspect.getdoc(kind) or "")
-    if section is None:
-        raise ExtensionError(f"the docstring of {kind.__name__} lists no fields")
-    texts = {}
-    for names, body in FIELD.findall(section[1]):
-        lines = [line.strip() for line in body.split("\n")]
-        if len(lines) > 1 and re.fullmatch(r"[A-Z]?\w+", lines[0]):
-            lines = lines[1:]  # "name : type" with the meaning below
-        texts |= dict.fromkeys(names.split(", "), " ".join(lines))
-    return texts
 
 
 def _default(field: Any) -> str:
@@ -135,10 +99,13 @@ def arm_keys() -> str:
     shared = {line.key for line in key_lines(StageStudy)}
     parts = ["### The arm, `[arm]`", key_table(ArmDescription)]
     parts += ["### The stage: all but the sequence", _rows_of(StageStudy, {"arm"})]
-    for name, kind in ARM_QUESTIONS.items():
+    for study in registry.studies():
+        if study.mechanism is not ARM:
+            continue
+        kind = study.tables()[""]
         taken = {"arm"} if kind is SequenceStudy else shared
         known = _rows_of(kind, taken) or "The stage and the arm are all that it takes.\n"
-        parts += [f"### `{PROGRAM} {name}`", known]
+        parts += [f"### `{PROGRAM} {study.name}`", known]
     return "\n\n".join(parts)
 
 
@@ -155,7 +122,8 @@ def _rows_of(kind: type, taken: set[str]) -> str:
 def commands() -> str:
     """Every sub-command with its arguments."""
     parts = []
-    for name, command in COMMANDS.items():
+    for name in registry.COMMANDS:
+        command = registry.command(name)
         rows = [
             _argument(action) for action in build_parser(name)._actions if action.dest != "help"
         ]

@@ -1,144 +1,100 @@
-"""The commands of the arm: their flags, which are the keys of their studies, and what they run.
-
-The studies and their work are loaded when a command is called.
-"""
+"""What the commands of the arm are, and the mechanism that their results share."""
 
 from __future__ import annotations
 
-import argparse
-from dataclasses import dataclass
-from importlib import import_module
-from typing import Any
+from dataclasses import replace
 
-from studies.common.console import Console
-from studies.common.exit_codes import ExitCode
-from studies.common.running import (
-    Job,
-    add_results_flags,
-    add_resume_flag,
-    add_study_argument,
-    carry_out,
-    take_up,
+from studies.common.study import Mechanism, Study, Swept
+
+ARM = Mechanism(
+    title="Supporting arm",
+    model=(
+        "Two slender links with a joint at the root and one between them; the antenna is a "
+        "particle at the tip. Motions are found on a reduced model with a few elastic coordinates "
+        "and replayed on the full one of ANCF beam elements, section III of the paper.",
+    ),
+    limits=(
+        "The arm moves in a plane, without gravity. Its joints have no play and no friction unless "
+        "the study says so.",
+    ),
+    parameters="studies.arm.report.parameters:parameters_of",
+    page="studies.report.subjects.arm",
 )
 
-QUOTES = '"'
-
-
-@dataclass(frozen=True)
-class Question:
-    """A sub-command: what is asked of the arm.
-
-    Attributes
-    ----------
-    command : its words after `antenna-ocp`.
-    kind : of result.
-    study : name of its configuration in `studies.arm`.
-    folder : default name of the results folder; `{stage}`, `{drive}`, `{least}` are filled in.
-    goes_on : whether a run that was stopped can go on, as its solves are kept.
-    """
-
-    command: str
-    kind: str
-    study: str
-    folder: str
-    goes_on: bool = False
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """A file of the study, a flag for each of its keys, and where results go."""
-        from studies.common.configuration import key_lines
-
-        add_study_argument(parser)
-        for line in key_lines(self._configuration):
-            unit = f" [{line.unit}]" if line.unit else ""
-            default = "" if line.default in ("none", "") else f"; {line.default.strip(QUOTES)}"
-            text = f"{line.meaning}{unit}{default}".replace("%", "%%")
-            # a flag leaves out the table that its key is in
-            flag = line.key.split(".")[-1].replace("_", "-")
-            if line.default == "false":  # what is off unless it is said takes no value
-                parser.add_argument(
-                    f"--{flag}", dest=line.key, action="store_const", const=True, help=text
-                )
-                continue
-            parser.add_argument(f"--{flag}", dest=line.key, metavar="X", help=text)
-        add_results_flags(parser)
-        if self.goes_on:
-            add_resume_flag(parser)
-
-    def run(self, options: argparse.Namespace, console: Console) -> ExitCode:
-        """Answer the question that the file and the flags state."""
-        from studies.arm.config import as_dictionary
-        from studies.arm.study import check, run
-        from studies.common.configuration import toml_text
-        from studies.common.finished import FinishedStarts
-
-        if self.goes_on:
-            take_up(options, self.add_arguments, self.kind)
-        study = self.read(options)
-        opened: list[FinishedStarts] = []  # the folder is known when it is opened
-        configuration = as_dictionary(study)
-        job = Job(
-            kind=self.kind,
-            name=self.folder.format_map(configuration),
-            command=f"antenna-ocp {self.command}",
-            question=study.question,
-            configuration=configuration,
-            input_text=toml_text(configuration),
-            check=lambda: check(study),
-            solve=lambda: run(study, console, *opened),
-            draw=_draw,
-            files=_files,
-            opened=lambda folder: opened.append(FinishedStarts(folder.path)),
-            resume=options.resume if self.goes_on else None,
-            go_on=f"antenna-ocp {self.command} --resume" if self.goes_on else "",
-        )
-        return carry_out(job, options, console)
-
-    def read(self, options: argparse.Namespace) -> Any:
-        """The study that a file and the flags on top of it state.
-
-        Raises
-        ------
-        StudyError
-            Naming the key, its value and the remedy.
-        """
-        from studies.arm.config import question_from
-        from studies.common.configuration import as_number, key_lines, put, read_toml
-
-        raw = read_toml(options.study)
-        for line in key_lines(self._configuration):
-            text = getattr(options, line.key)
-            if text is not None:
-                put(raw, line.key.split("."), text if text is True else as_number(text))
-        return question_from(self._configuration, raw)
-
-    @property
-    def _configuration(self) -> type[Any]:
-        configuration: type[Any] = getattr(import_module("studies.arm"), self.study)
-        return configuration
-
-
-solve = Question("arm solve", "arm", "ArmStudy", "arm-{stage}", goes_on=True)
-baselines = Question("arm baselines", "arm-baselines", "BaselinesStudy", "arm-{stage}-{drive}")
-least_duration = Question(
-    "arm least-duration", "arm-least-duration", "LeastDurationStudy", "arm-{stage}-least"
+SOLVE = Study(
+    name="arm solve",
+    kind="arm",
+    summary="a motion of the supporting arm that leaves it still",
+    description="Finds a motion of the flexible arm that rests at both ends, elastic coordinates "
+    "included, and replays it on the full ANCF model, as it does the paper's laws.",
+    keys={"": "studies.arm.config:ArmStudy"},
+    state="studies.arm.config:as_dictionary",
+    check="studies.arm.study:check",
+    run="studies.arm.study:run",
+    folder="arm-{0.stage}",
+    resumes=True,
+    files="studies.arm.report.profile:files",
+    figures="studies.arm.report.comparison_figures:draw",
+    mechanism=ARM,
+    sweep=Swept(coarse={"elements": 4}, seconds=(20.0, 8.0)),
 )
-sequence = Question(
-    "arm sequence", "arm-sequence", "SequenceStudy", "arm-sequence-{least}", goes_on=True
+BASELINES = replace(
+    SOLVE,
+    name="arm baselines",
+    kind="arm-baselines",
+    summary="for each law an optimum of no higher peak torque",
+    description="Replays the paper's laws, a linear torque and shaped ones, and finds for each an "
+    "optimum of no higher peak torque.",
+    keys={"": "studies.arm.config:BaselinesStudy"},
+    folder="arm-{0.stage}-{0.drive}",
+    resumes=False,
+    files=None,
+    sweep=None,
 )
-trade_off = Question("pareto arm", "pareto-arm", "TradeOffStudy", "arm-{stage}-trade-off")
-robust = Question("robust arm", "robust", "RobustStudy", "arm-robust-{stage}-{drive}")
-
-
-def _draw(result: Any) -> Any:
-    from studies.arm.report.comparison_figures import draw  # Matplotlib loads with it
-
-    return draw(result)
-
-
-def _files(result: Any) -> dict[str, str]:
-    """What is written beside the files of every study."""
-    if result.kind not in ("arm", "arm-sequence"):
-        return {}
-    from studies.arm.report.profile import loads_csv
-
-    return {"loads.csv": loads_csv(result)}
+LEAST_DURATION = replace(
+    BASELINES,
+    name="arm least-duration",
+    kind="arm-least-duration",
+    summary="least durations that leave the arm still, of the optimum and each law",
+    description="Finds the least durations of the optimum and of each law that leave at most 1e-6 "
+    "J under the Bezier law's peak torque.",
+    keys={"": "studies.arm.config:LeastDurationStudy"},
+    folder="arm-{0.stage}-least",
+)
+SEQUENCE = replace(
+    SOLVE,
+    name="arm sequence",
+    kind="arm-sequence",
+    summary="big arm, locked dwell and small arm as one problem",
+    description="States both stages and the lock between them as one problem whose times are free: "
+    "least common peak torque in a total time, or least time under a torque cap.",
+    keys={"": "studies.arm.config:SequenceStudy"},
+    folder="arm-sequence-{0.least}",
+    sweep=Swept(),
+)
+TRADE_OFF = replace(
+    BASELINES,
+    name="pareto arm",
+    kind="pareto-arm",
+    summary="what less of one quantity of the arm costs in another",
+    description="Finds the front of two of duration, residual energy, peak torque and deflection "
+    "of the arm: the least of one under each limit on the other, from both ends, with prices, knee "
+    "and gaps. Of three it is a surface, found slice by slice. Every point was replayed on the "
+    "full model, and leaves it still where the residual energy is not traded. With "
+    "time,residual-energy it sets what the smoothest motion and the smooth laws leave against the "
+    "duration.",
+    keys={"": "studies.arm.trade_off:TradeOffStudy"},
+    folder="arm-{0.stage}-trade-off",
+)
+ROBUST = replace(
+    BASELINES,
+    name="robust arm",
+    kind="robust",
+    summary="a motion of the arm that withstands a spread of stiffness or tip mass",
+    description="Finds the motion of least peak torque of one arm, and two that leave arms of "
+    "other stiffness (torque drive) or stiffness and tip mass (angle drive) as still as can be: "
+    "with a tenth more peak torque, and with no more. Replays all over the spread. Exit code 5 if "
+    "a tenth more torque brings the worst residual neither to a fifth nor to 2.5e-7 J.",
+    keys={"": "studies.arm.config:RobustStudy"},
+    folder="arm-robust-{0.stage}-{0.drive}",
+)

@@ -26,6 +26,7 @@ from studies.arm.replay.full_model import ELEMENTS, MODES, Drive
 from studies.arm.search_limits import MOST_ELEMENTS, MOST_MODES, SEQUENCE_SECONDS
 from studies.arm.stage import STAGES, Stage, TorqueCaps
 from studies.common.configuration import (
+    Described,
     Reader,
     check,
     choice,
@@ -59,7 +60,7 @@ def _count(most: int) -> Reader:
             raise StudyError(f"{name} is {number:g}; give a whole number from 1 to {most}")
         return int(number)
 
-    return read
+    return Described(read, {"type": "integer", "minimum": 1, "maximum": most})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -54,7 +54,7 @@ _ANSWERS: Mapping[type[Any], Callable[[Any, Console], Result]] = {
 }
 
 
-def check(study: AnyArmStudy) -> None:
+def check(study: AnyArmStudy, console: Console | None = None) -> None:
     """Refuse a study that cannot be met, before any work.
 
     Raises
@@ -65,7 +65,7 @@ def check(study: AnyArmStudy) -> None:
     if isinstance(study, ArmStudy):
         check_study(study)
     elif isinstance(study, TradeOffStudy) and study.sliced is not None:
-        ArmSurface(study, silent()).check()
+        ArmSurface(study, console or silent()).check()
     elif isinstance(study, StageStudy):
         check_bending(study.slew)
     elif isinstance(study, SequenceStudy):

@@ -1,1 +1,20 @@
 """Anyone's profile: read, its noise smoothed, and held against caps, models and optima."""
+
+from studies.common.study import Study
+
+STUDY = Study(
+    name="check",
+    summary="hold a profile of your own, measured or hand-made, against caps and model",
+    description="Reads the profile in whatever dialect it is written, estimates its noise and "
+    "smooths it if there is any, evaluates it between its rows on the model of the truss or of the "
+    "arm, and compares it with the optimum of the same duration and caps and the paper's laws. "
+    "Names every check and cap that fails, by how much, and when.",
+    keys={"": "studies.truss.config:TrussStudy"},
+    without=("drive", "margin"),
+    run="studies.truss.study:run",
+    also={"check-arm": "studies.arm.command:ARM"},
+    figures="studies.check.figures:draw",
+    answers="profile",
+    mechanism="studies.truss.command:RING",
+    command="studies.check.command",
+)

@@ -6,10 +6,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from studies.check import STUDY
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.key_flags import add_key_flags, key_flags
 from studies.common.running import add_results_flags, add_study_argument, hand_over
-from studies.truss.command import add_truss_flags, raw_study, stated_study
+from studies.common.study_command import raw_study, stated_study
 
 LEAST_BY_DEFAULT = "peak-acceleration"  # global, in closed form wherever it keeps all caps
 
@@ -48,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-optimum", action="store_true", help="compare the profile with no optimum"
     )
 
-    add_truss_flags(parser)
+    add_key_flags(parser, key_flags(STUDY.tables(), STUDY.without))
     arm = parser.add_argument_group("for a profile of the arm")
     arm.add_argument("--stage", metavar="X", help="big, small or both; else the columns tell")
     arm.add_argument(
@@ -127,10 +129,10 @@ def _ask_truss(
     from studies.common.configuration import toml_text
     from studies.truss.config import as_dictionary
 
-    raw = raw_study(options)
+    raw = raw_study(STUDY, options)
     stated = None
     if "duration" in raw:
-        stated = stated_study({"minimise": "energy", "duration": raw["duration"]}, console).duration
+        stated = _study({"duration": raw["duration"]}, console).duration
     measured = _moving(measured, options, stated)
     _check_length(measured)
     aims = _aims_within_a_duration(raw.get("minimise", LEAST_BY_DEFAULT))
@@ -140,7 +142,7 @@ def _ask_truss(
             f"the study asks for the least time, and the profile takes {measured.duration:g} s: "
             f"it is compared with the least {LEAST_BY_DEFAULT} in that time"
         )
-    study = stated_study({**raw, "minimise": aims, "duration": measured.duration}, console)
+    study = _study({**raw, "minimise": aims, "duration": measured.duration}, console)
     result = check_truss(measured, study, stated, console, optimum=not options.no_optimum)
 
     content = as_dictionary(study)
@@ -150,6 +152,10 @@ def _ask_truss(
         content["duration"] = list(stated) if stated[0] != stated[1] else stated[0]
     head = f"# Repeats this check: {_command(options)} input.toml\n\n"
     return result, head + toml_text(content, inline=("minimise",))
+
+
+def _study(raw: dict[str, Any], console: Console) -> Any:
+    return stated_study(STUDY, {"minimise": "energy", **raw}, console)
 
 
 def _moving(

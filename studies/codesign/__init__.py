@@ -1,24 +1,13 @@
 """Mechanism and motion of the truss as one problem: `run(CodesignStudy(...))` gives a `Result`."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from studies.common.late_names import late_names
 
 if TYPE_CHECKING:
-    from studies.codesign.config import CodesignStudy, DesignSpace, study_from
-    from studies.codesign.study import run
+    from studies.codesign.config import CodesignStudy as CodesignStudy
+    from studies.codesign.config import DesignSpace as DesignSpace
+    from studies.codesign.config import study_from as study_from
+    from studies.codesign.study import run as run
 
-_MODULES = {
-    "CodesignStudy": "config",
-    "DesignSpace": "config",
-    "study_from": "config",
-    "run": "study",
-}
-
-__all__ = ["CodesignStudy", "DesignSpace", "run", "study_from"]
-
-
-def __getattr__(name: str) -> Any:
-    """A public name, from the module that has it."""
-    if name not in _MODULES:
-        raise AttributeError(f"module 'studies.codesign' has no attribute {name!r}")
-    return getattr(import_module(f"studies.codesign.{_MODULES[name]}"), name)
+__getattr__ = late_names(__name__, __file__)

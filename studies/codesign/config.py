@@ -9,6 +9,7 @@ from typing import Any
 
 from models.truss import TrussParameters
 from studies.common.configuration import (
+    Flag,
     check,
     choices,
     from_mapping,
@@ -16,8 +17,8 @@ from studies.common.configuration import (
     optional_key,
     positive,
     table,
-    toml_text,
     whole,
+    with_commas,
 )
 from studies.common.exit_codes import StudyError
 from studies.truss.config import TrussStudy
@@ -60,7 +61,13 @@ class DesignSpace:
         Naming the key, its value and the remedy.
     """
 
-    free: tuple[str, ...] = key(choices(FREE), "", "parameters that are free", default=FREE)
+    free: tuple[str, ...] = key(
+        choices(FREE),
+        "",
+        "parameters that are free",
+        default=FREE,
+        flags=(Flag("--free", metavar="A,B", read=with_commas),),
+    )
     range: float = key(
         _part, "", "part of its stated value by which each may change, up and down", default=0.3
     )
@@ -73,7 +80,13 @@ class DesignSpace:
     stowed_height: float | None = optional_key(
         positive, "m", "most height of the stowed truss; none: that of the truss"
     )
-    starts: int = key(whole(1, 100), "", "designs to start from, the stated one first", default=4)
+    starts: int = key(
+        whole(1, 100),
+        "",
+        "designs to start from, the stated one first",
+        default=4,
+        flags=(Flag("--designs", metavar="N"),),
+    )
     seed: int = key(whole(0), "", "of the random designs among the starts", default=1)
 
     def __post_init__(self) -> None:
@@ -151,9 +164,3 @@ def as_dictionary(study: CodesignStudy) -> dict[str, Any]:
         **truss_dictionary(study.deployment),
         "design": {**stated, "free": list(study.design.free)},
     }
-
-
-def as_toml(study: CodesignStudy) -> str:
-    """The file that states the same study again."""
-    head = "# Reproduces this result: antenna-ocp codesign input.toml\n\n"
-    return head + toml_text(as_dictionary(study), inline=("minimise",))

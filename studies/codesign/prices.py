@@ -18,6 +18,7 @@ from models.truss import with_symbols
 from ocp import Sided, Solution
 from studies.codesign.config import UNITS, CodesignStudy
 from studies.codesign.requirements import Requirement
+from studies.common.result import Result
 from studies.truss.limits.caps import CAPPED, CURVE, cap_on
 from studies.truss.problem import SIGNAL_CAPS
 from studies.truss.quantities import QUANTITIES
@@ -96,6 +97,11 @@ def prices(
     least = PRESSING * abs(found.objective)
     pressing = (one for one in listed if abs(one.price * one.limit) > least)
     return tuple(sorted(pressing, key=lambda one: one.for_a_percent))
+
+
+def files(result: Result) -> dict[str, str]:
+    """The prices as a further file of a results folder."""
+    return {"prices.csv": stored_prices(result.details["prices"])}
 
 
 def stored_prices(records: Sequence[Mapping[str, Any]]) -> str:

@@ -83,7 +83,7 @@ class Codesign:
         return 1.0 - self.deployment.values[key] / self.stated.deployment.values[key]
 
 
-def check(study: CodesignStudy) -> None:
+def check(study: CodesignStudy, console: Console | None = None) -> None:
     """Refuse what no design or no motion meets, before any work.
 
     Raises
@@ -92,7 +92,7 @@ def check(study: CodesignStudy) -> None:
         With the nearest value that works.
     """
     check_some_design(study, requirements(study))
-    Search(_without_force_caps(study.deployment), silent()).check()
+    Search(_without_force_caps(study.deployment), console or silent()).check()
 
 
 def run(study: CodesignStudy, console: Console | None = None) -> Result:

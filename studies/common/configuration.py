@@ -16,15 +16,67 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.foreign_text import parsed_toml
 
 Reader = Callable[[str, Any], Any]  # from the key's full name and its value to the value meant
 Configuration = TypeVar("Configuration")
+Value = TypeVar("Value")
 
 CLOSE_ENOUGH = 0.6  # similarity of words from which one is suggested for the other
+
+
+@dataclass(frozen=True)
+class Described(Generic[Value]):
+    """A reader that says what it takes, for editors and tables.
+
+    Attributes
+    ----------
+    read : as any reader.
+    schema : of what it takes, in the words of JSON Schema.
+    table : gives the class whose fields are the keys of the table that it takes; None if it takes
+        no table.
+    """
+
+    read: Callable[[str, Any], Value]
+    schema: Mapping[str, Any]
+    table: Callable[[], type[Any]] | None = None
+
+    def __call__(self, name: str, value: Any) -> Value:
+        return self.read(name, value)
+
+
+def describes(
+    schema: Mapping[str, Any], table: Callable[[], type[Any]] | None = None
+) -> Callable[[Callable[[str, Any], Value]], Described[Value]]:
+    """Say of a reader what it takes; see `Described`."""
+    return lambda read: Described(read, schema, table)
+
+
+@dataclass(frozen=True)
+class Flag:
+    """How a command line states a key.
+
+    Attributes
+    ----------
+    name : as it is typed, such as "--force-cap".
+    below : the key in the table that is the key's value; empty for that value itself.
+    meaning : for `--help`; the key's where it is empty.
+    metavar : what stands for its value there.
+    read : makes of the text that is typed what a file would state.
+    value : what it states if it takes none.
+    assigns : whether its value is NAME=VALUE, for any key of the table; it may be repeated.
+    """
+
+    name: str
+    below: str = ""
+    meaning: str = ""
+    metavar: str = "X"
+    read: Callable[[str], Any] = lambda text: as_number(text)
+    value: Any = None
+    assigns: bool = False
 
 
 @dataclass(frozen=True)
@@ -36,11 +88,14 @@ class Key:
     read : turns a raw value into the one meant.
     unit : SI unit or suffix unit; empty where it has none.
     meaning : in words, for the documentation.
+    flags : that state it; of a section "--{}-cap" or the like, for the names of its keys; None
+        for the flag with the key's own name.
     """
 
     read: Reader
     unit: str
     meaning: str
+    flags: str | tuple[Flag, ...] | None = None
 
 
 def key(
@@ -50,17 +105,20 @@ def key(
     *,
     default: Any = dataclasses.MISSING,
     factory: Any = dataclasses.MISSING,
+    flags: str | tuple[Flag, ...] | None = None,
 ) -> Any:
     """A field of a configuration; without `default` and `factory` it has to be stated."""
-    about = {"key": Key(read, unit, meaning)}
+    about = {"key": Key(read, unit, meaning, flags)}
     if factory is not dataclasses.MISSING:
         return dataclasses.field(default_factory=factory, metadata=about)
     return dataclasses.field(default=default, metadata=about)
 
 
-def optional_key(read: Reader, unit: str, meaning: str) -> Any:
+def optional_key(
+    read: Reader, unit: str, meaning: str, flags: str | tuple[Flag, ...] | None = None
+) -> Any:
     """A field that may be left out, and is None then."""
-    return key(optional(read), unit, meaning, default=None)
+    return key(optional(read), unit, meaning, default=None, flags=flags)
 
 
 def check(configuration: Any, where: str = "") -> None:
@@ -117,6 +175,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return next(iter([*near, *(longer if len(longer) == 1 else [])]), "")
 
 
+@describes({"type": "number", "exclusiveMinimum": 0})
 def positive(name: str, value: Any) -> float:
     """A finite number above zero."""
     if not (_is_finite(value) and value > 0):
@@ -124,6 +183,7 @@ def positive(name: str, value: Any) -> float:
     return float(value)
 
 
+@describes({"type": "number", "minimum": 0})
 def not_negative(name: str, value: Any) -> float:
     """A finite number of at least zero."""
     if not (_is_finite(value) and value >= 0):
@@ -131,6 +191,7 @@ def not_negative(name: str, value: Any) -> float:
     return float(value)
 
 
+@describes({"type": "number"})
 def finite(name: str, value: Any) -> float:
     """A finite number of either sign."""
     if not _is_finite(value):
@@ -138,6 +199,7 @@ def finite(name: str, value: Any) -> float:
     return float(value)
 
 
+@describes({"type": "boolean"})
 def boolean(name: str, value: Any) -> bool:
     """True or false."""
     if not isinstance(value, bool):
@@ -165,9 +227,11 @@ def whole(least: int, most: int | None = None) -> Reader:
             raise StudyError(f"{name} is {quoted(value)}; give a whole number of at most {most}")
         return int(value)
 
-    return read
+    ends = {"minimum": least} | ({} if most is None else {"maximum": most})
+    return Described(read, {"type": "integer", **ends})
 
 
+@describes({"type": ["array", "string"], "items": {"type": "number"}})
 def two_limits(name: str, value: Any) -> tuple[float, float]:
     """Reader of a lowest and a highest positive number, as a list or as LOW..HIGH."""
     stated = isinstance(value, str)
@@ -191,7 +255,7 @@ def choice(names: Iterable[str]) -> Reader:
             raise StudyError(f"{name} is {quoted(value)}; {hint}")
         return str(value)
 
-    return read
+    return Described(read, {"enum": list(names)})
 
 
 def choices(names: Iterable[str]) -> Reader:
@@ -204,7 +268,7 @@ def choices(names: Iterable[str]) -> Reader:
             raise StudyError(f"{name} is {quoted(value)}; give a list out of {', '.join(names)}")
         return tuple(one(name, item) for item in value)
 
-    return read
+    return Described(read, {"type": "array", "items": {"enum": list(names)}})
 
 
 def optional(read: Reader) -> Reader:
@@ -213,7 +277,10 @@ def optional(read: Reader) -> Reader:
     def maybe(name: str, value: Any) -> Any:
         return None if value is None or value == "none" else read(name, value)
 
-    return maybe
+    if not isinstance(read, Described):
+        return maybe
+    schema = {"anyOf": [read.schema, {"const": "none"}]} if read.table is None else read.schema
+    return Described(maybe, schema, read.table)
 
 
 def section(kind: type[Any]) -> Reader:
@@ -224,7 +291,7 @@ def section(kind: type[Any]) -> Reader:
             return value
         return from_mapping(kind, table(name, value), f"{name}.")
 
-    return read
+    return Described(read, {"type": "object"}, lambda: kind)
 
 
 def table(name: str, value: Any) -> Mapping[str, Any]:
@@ -273,6 +340,11 @@ def put(raw: dict[str, Any], place: Sequence[str], value: Any) -> None:
     raw[place[-1]] = value
 
 
+def with_commas(text: str) -> list[str]:
+    """The words of a text that stand between commas."""
+    return [word.strip() for word in text.split(",")]
+
+
 def as_number(text: str) -> Any:
     """The number that `text` spells, or the text itself."""
     for kind in (int, float):
@@ -283,6 +355,19 @@ def as_number(text: str) -> Any:
     return text
 
 
+def as_stated(study: Any) -> dict[str, Any]:
+    """The nested mapping that states a configuration again; TOML has no word for None."""
+    return _without_none(dataclasses.asdict(study))
+
+
+def _without_none(content: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        name: _without_none(value) if isinstance(value, Mapping) else value
+        for name, value in content.items()
+        if value is not None
+    }
+
+
 def toml_text(content: Mapping[str, Any], inline: Iterable[str] = ()) -> str:
     """A nested mapping as TOML; tables named in `inline` stay in one line."""
     return "\n".join(_toml_lines(content, frozenset(inline), "")) + "\n"
@@ -290,7 +375,7 @@ def toml_text(content: Mapping[str, Any], inline: Iterable[str] = ()) -> str:
 
 def _toml_lines(content: Mapping[str, Any], inline: frozenset[str], table: str) -> list[str]:
     tables = {k: v for k, v in content.items() if isinstance(v, Mapping) and k not in inline}
-    lines = [f"{_toml_key(k)} = {_toml_value(v)}" for k, v in content.items() if k not in tables]
+    lines = [f"{_toml_key(k)} = {toml_value(v)}" for k, v in content.items() if k not in tables]
     for name, value in tables.items():
         full = f"{table}.{_toml_key(name)}" if table else _toml_key(name)
         lines += ["", f"[{full}]", *_toml_lines(value, inline, full)]
@@ -300,57 +385,19 @@ def _toml_lines(content: Mapping[str, Any], inline: frozenset[str], table: str) 
 def _toml_key(name: str) -> str:
     """A name as a key; one with other signs than letters, digits, - and _ is quoted."""
     bare = re.fullmatch(r"[A-Za-z0-9_-]+", name) is not None
-    return name if bare else _toml_value(name)
+    return name if bare else toml_value(name)
 
 
-def _toml_value(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_toml_value, value)) + "]"
+        return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, Mapping):
         return (
-            "{ " + ", ".join(f"{_toml_key(k)} = {_toml_value(v)}" for k, v in value.items()) + " }"
+            "{ " + ", ".join(f"{_toml_key(k)} = {toml_value(v)}" for k, v in value.items()) + " }"
         )
     return repr(value)
-
-
-@dataclass(frozen=True)
-class KeyLine:
-    """One line of the documentation's table of keys."""
-
-    key: str
-    unit: str
-    default: str
-    meaning: str
-
-
-def key_lines(kind: type[Any], where: str = "") -> list[KeyLine]:
-    """All keys of a configuration and of its sections, in order.
-
-    A section that is a dataclass of the models has one line: its own documentation lists the rest.
-    """
-    lines: list[KeyLine] = []
-    for field in dataclasses.fields(kind):
-        default, about, name = _default(field), field.metadata["key"], where + field.name
-        if not dataclasses.is_dataclass(default):
-            lines.append(KeyLine(name, about.unit, _shown(default), about.meaning))
-        elif all("key" in inner.metadata for inner in dataclasses.fields(default)):
-            lines += key_lines(type(default), f"{name}.")
-        else:
-            lines.append(KeyLine(name, about.unit, type(default).__name__, about.meaning))
-    return lines
-
-
-def _default(field: dataclasses.Field[Any]) -> Any:
-    if field.default_factory is not dataclasses.MISSING:
-        return field.default_factory()
-    return field.default
-
-
-def _shown(default: Any) -> str:
-    if default is dataclasses.MISSING:
-        return "to be stated"
-    return "none" if default is None else _toml_value(default)

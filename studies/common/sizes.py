@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from studies.common.configuration import Reader, positive
+from studies.common.configuration import Described, Reader, positive
 from studies.common.exit_codes import StudyError
 
 LARGEST = 1e12  # [kg, kg m^2, m/s^2, rad/s]
@@ -19,7 +19,7 @@ def between(least: float, most: float) -> Reader:
             raise StudyError(f"{name} is {number:g}; give a number from {least:g} to {most:g}")
         return number
 
-    return read
+    return Described(read, {"type": "number", "minimum": least, "maximum": most})
 
 
 def limited(read: Reader) -> Reader:
@@ -31,7 +31,7 @@ def limited(read: Reader) -> Reader:
             raise StudyError(f"{name} is {number:g}; give a number of at most {LARGEST:g}")
         return number
 
-    return bounded
+    return Described(bounded, read.schema if isinstance(read, Described) else {"type": "number"})
 
 
 LENGTH, SECTION = between(1e-4, 1e5), between(1e-6, 1e3)  # [m]

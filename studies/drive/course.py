@@ -218,13 +218,13 @@ def drum_course(course: Course, drum: Drum) -> Course:
 
 
 def joint_course(
-    signal: str, time: Array, angle: Array, rate: Array, predicted: bool = False
+    signal: str, time: Array, angle: Array, rate: Array, predicted: bool = False, unit: str = "rad"
 ) -> Course:
-    """The angle of a joint from its samples, cubic between two of them."""
+    """The way of a joint or slider from its samples, cubic between two of them."""
     from scipy.interpolate import CubicHermiteSpline
 
     curve = CubicHermiteSpline(time, angle - angle[0], rate)
-    return polynomial_course(signal, "rad", curve, (0.0, float(time[-1])), predicted)
+    return polynomial_course(signal, unit, curve, (0.0, float(time[-1])), predicted)
 
 
 def polynomial_course(

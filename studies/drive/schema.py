@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from models.truss import RopeYields
 from studies.common.configuration import (
     check,
     choice,
@@ -24,7 +23,10 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import StudyError, quoted
-from studies.drive.drum import Drum
+
+if TYPE_CHECKING:  # CasADi loads with them
+    from models.truss import RopeYields
+    from studies.drive.drum import Drum
 
 ROPE_YIELDS = ("at the motor", "along its length")
 INTERPOLATIONS = ("hold", "linear", "hermite", "spline", "quintic")
@@ -228,6 +230,8 @@ class Drive:
     @property
     def drum(self) -> Drum:
         """Of each rope; StudyError where its radius is not stated."""
+        from studies.drive.drum import Drum
+
         if self.rope_diameter is None or self.layer_turns is None:
             return Drum(self.radius)
         return Drum(self.radius, self.rope_diameter, self.layer_turns)
@@ -272,6 +276,11 @@ def read_drive(path: Path) -> Drive:
     """
     raw = read_toml(path)
     return drive_from(table("drive", raw["drive"]) if "drive" in raw else raw)
+
+
+def drive_of_file(text: str) -> Drive:
+    """The drive of the file that a flag names; see `read_drive`."""
+    return read_drive(Path(text))
 
 
 def drive_from(raw: Mapping[str, Any]) -> Drive:

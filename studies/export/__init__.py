@@ -3,3 +3,14 @@
 `command` is the sub-command and `formats` lists the formats. A family of formats is a file, with
 writers and the readers that read them back. `round_trip` plays what was read as the drive does.
 """
+
+from studies.common.study import Command
+
+COMMAND = Command(
+    "the motion of a results folder as a table or a polynomial that a drive takes",
+    "studies.export.command",
+    "Writes the motion of a result as columns, as the table of a drive, or as "
+    "polynomials. A table is read back and played as the stated drive does it: "
+    "interpolated, rounded, passed through its loop and replayed on the truss. Exit "
+    "code 5 if that breaks a limit.",
+)

@@ -439,7 +439,9 @@ def _meaning(course: Course) -> str:
         )
     if course.signal == DRUM:
         return f"turn of the drum {since} if rope is hauled in"
-    return "angle" if course.signal == "angle" else "angle since the start"
+    if course.signal == "angle":
+        return "angle"
+    return f"{'angle' if course.unit == 'rad' else 'way'} since the start"
 
 
 def _hand_over(

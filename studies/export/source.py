@@ -11,17 +11,12 @@ import numpy as np
 from models.laws import BetweenRests, Law
 from models.truss import TrussParameters
 from ocp.arrays import Array
+from studies import registry
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.result import Result
+from studies.common.study import placed
 from studies.drive.course import DRUM, Course, joint_course, rope_course
 from studies.drive.schema import Drive
-
-TRUSSES = (
-    "truss",
-    "check",
-    "codesign",
-    "robust-truss",
-)  # kinds of results whose motion is that of a truss
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +68,11 @@ def source_of(result: Result) -> Source:
             "only its stored rows can be exported, with --to csv or json and nothing else; of a "
             "front, state a motion: --motion 'point 3'"
         )
-    return _truss_source(result) if result.kind in TRUSSES else _arm_source(result)
+    mechanism = registry.mechanism_of(result.kind)
+    if mechanism is not None and mechanism.motion is not None:
+        source: Source = placed(mechanism.motion)(result)
+        return source
+    return _of_signals(result, {} if mechanism is None else mechanism.signals)
 
 
 def with_motion(result: Result, name: str | None) -> Result:
@@ -90,10 +89,10 @@ def with_motion(result: Result, name: str | None) -> Result:
     """
     if name is None:
         return result
-    if result.kind == "pareto-truss":
-        from studies.pareto.motions import motion_of
-
-        return motion_of(result, name)
+    study = registry.study_of(result.kind)
+    if study is not None and study.motions is not None:
+        motion: Result = placed(study.motions)(result, name)
+        return motion
     motions = result.details.get("profiles", {})
     if name not in motions:
         known = ", ".join(repr(one) for one in motions) or "its main motion only"
@@ -108,7 +107,8 @@ def with_motion(result: Result, name: str | None) -> Result:
     return dataclasses.replace(result, arrays=arrays, details={**result.details, **motions[name]})
 
 
-def _truss_source(result: Result) -> Source:
+def of_a_truss(result: Result) -> Source:
+    """The motion of a result of the truss."""
     from studies.truss.motions.laws import stored_law, study_of
 
     law = stored_law({name: series.values for name, series in result.arrays.items()})
@@ -168,27 +168,31 @@ def _of_law(result: Result, law: Law, truss: TrussParameters) -> Source:
     )
 
 
-def _arm_source(result: Result) -> Source:
+def _of_signals(result: Result, stated: Mapping[str, tuple[str, str]]) -> Source:
+    """The motion of stated signals; without any, of the joints whose angle and rate there are."""
     series = {name: item for name, item in result.arrays.items() if item.axis == "time"}
     time = series["time"].values
     joints = [name.removesuffix("_angle") for name in series if name.endswith("_angle")]
-    joints = [name for name in joints if f"{name}_rate" in series]
-    if not joints:
+    by_name = stated or {joint: (f"{joint}_angle", f"{joint}_rate") for joint in joints}
+    signals = {name: pair for name, pair in by_name.items() if set(pair) <= series.keys()}
+    if not signals:
         raise StudyError(
             f"a result of the kind '{result.kind}' holds no motion that a drive could follow; take "
             "--to csv, json or mat without --step, --points and --drive for what is stored, or "
             "export the result of antenna-ocp arm solve"
         )
 
-    def course(joint: str) -> Callable[[], Course]:
-        angle, rate = series[f"{joint}_angle"].values, series[f"{joint}_rate"].values
-        predicted = f"{joint}_torque" in series and _by_torque(result)
-        return lambda: joint_course(joint, time, angle, rate, predicted)
+    def course(signal: str) -> Callable[[], Course]:
+        place, rate = (series[name] for name in signals[signal])
+        predicted = f"{signal}_torque" in series and _by_torque(result)
+        return lambda: joint_course(
+            signal, time, place.values, rate.values, predicted, unit=place.unit
+        )
 
     def rows(at: Array) -> dict[str, Array]:
         return {name: np.interp(at, time, item.values) for name, item in series.items()}
 
-    return Source(result, rows, None, None, {joint: course(joint) for joint in joints})
+    return Source(result, rows, None, None, {signal: course(signal) for signal in signals})
 
 
 def _by_torque(result: Result) -> bool:

@@ -5,7 +5,15 @@ A case (`config`) is built into the models' chain (`build`) with a law for each 
 result (`study`). `presets` are the paper's cases, `examples` others.
 """
 
-from studies.flex.config import FlexStudy, JointCase, LinkCase, study_from
-from studies.flex.study import run
+from typing import TYPE_CHECKING
 
-__all__ = ["FlexStudy", "JointCase", "LinkCase", "run", "study_from"]
+from studies.common.late_names import late_names
+
+if TYPE_CHECKING:
+    from studies.flex.config import FlexStudy as FlexStudy
+    from studies.flex.config import JointCase as JointCase
+    from studies.flex.config import LinkCase as LinkCase
+    from studies.flex.config import study_from as study_from
+    from studies.flex.study import run as run
+
+__getattr__ = late_names(__name__, __file__)

@@ -12,6 +12,7 @@ from typing import Any, Literal
 from models.ancf.chain import Link
 from models.errors import ModelError
 from studies.common.configuration import (
+    Flag,
     boolean,
     check,
     choice,
@@ -32,6 +33,7 @@ from studies.flex.readers import (
     SECOND_MOMENT,
     named_tables,
     numbers,
+    numbers_with_commas,
     tables,
     text,
 )
@@ -230,10 +232,10 @@ class SweepCase:
     """Multiples of the case, the table `[sweep]`; one quantity is changed at a time."""
 
     speed: tuple[float, ...] = key(
-        numbers(), "", "of the pace: durations are divided by it", default=()
+        numbers(), "", "of the pace: durations are divided by it", default=(), flags=()
     )
-    length: tuple[float, ...] = key(numbers(), "", "of all links' lengths", default=())
-    modulus: tuple[float, ...] = key(numbers(), "", "of all Young's moduli", default=())
+    length: tuple[float, ...] = key(numbers(), "", "of all links' lengths", default=(), flags=())
+    modulus: tuple[float, ...] = key(numbers(), "", "of all Young's moduli", default=(), flags=())
 
     def __post_init__(self) -> None:
         check(self, "sweep.")
@@ -253,15 +255,21 @@ class FlexStudy:
     """
 
     duration: float = key(TIME, "s", "of the motion")
-    link: tuple[LinkCase, ...] = key(tables(LinkCase), "", "the links, from the root outward")
+    link: tuple[LinkCase, ...] = key(
+        tables(LinkCase), "", "the links, from the root outward", flags=()
+    )
     joint: tuple[JointCase, ...] = key(
-        tables(JointCase), "", "the joints, one at the start of each link"
+        tables(JointCase), "", "the joints, one at the start of each link", flags=()
     )
     material: Mapping[str, MaterialCase] = key(
-        named_tables(MaterialCase), "", "materials by name", factory=dict
+        named_tables(MaterialCase), "", "materials by name", factory=dict, flags=()
     )
     gravity: tuple[float, ...] = key(
-        numbers(2, 2), "m/s^2", "acceleration of gravity along x and y", default=(0.0, 0.0)
+        numbers(2, 2),
+        "m/s^2",
+        "acceleration of gravity along x and y",
+        default=(0.0, 0.0),
+        flags=(Flag("--gravity", metavar="X,Y", read=numbers_with_commas),),
     )
     hub_inertia: float = key(
         limited(not_negative),

@@ -6,7 +6,16 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from studies.common.configuration import Reader, finite, from_mapping, table
+from studies.common.configuration import (
+    Described,
+    Reader,
+    as_number,
+    describes,
+    finite,
+    from_mapping,
+    table,
+    with_commas,
+)
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.sizes import between, limited
 
@@ -24,7 +33,13 @@ def numbers(least: int = 0, most: int | None = None) -> Reader:
             raise StudyError(f"{name} has {len(value)} numbers; give at most {most}")
         return tuple(limited(finite)(f"{name}[{i}]", item) for i, item in enumerate(value))
 
-    return read
+    ends = {"minItems": least} | ({} if most is None else {"maxItems": most})
+    return Described(read, {"type": "array", "items": {"type": "number"}, **ends})
+
+
+def numbers_with_commas(text: str) -> list[Any]:
+    """The numbers of a text that stand between commas."""
+    return [as_number(word) for word in with_commas(text)]
 
 
 def tables(kind: type[Any]) -> Reader:
@@ -35,7 +50,7 @@ def tables(kind: type[Any]) -> Reader:
             raise StudyError(f"there is no {name}; give one or more tables [[{name}]]")
         return tuple(_stated_table(kind, f"{name}[{i}]", item) for i, item in enumerate(value))
 
-    return read
+    return Described(read, {"type": "array", "minItems": 1}, lambda: kind)
 
 
 def named_tables(kind: type[Any]) -> Reader:
@@ -45,7 +60,7 @@ def named_tables(kind: type[Any]) -> Reader:
         items = table(name, value).items()
         return {key: _stated_table(kind, f"{name}.{key}", item) for key, item in items}
 
-    return read
+    return Described(read, {"type": "object", "additionalProperties": True}, lambda: kind)
 
 
 def _stated_table(kind: type[Any], name: str, value: Any) -> Any:
@@ -68,6 +83,7 @@ def _stated_table(kind: type[Any], name: str, value: Any) -> Any:
         raise StudyError(f"{name}.{text}") from error
 
 
+@describes({"type": "string"})
 def text(name: str, value: Any) -> str:
     """A text."""
     if not isinstance(value, str):

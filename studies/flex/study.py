@@ -86,7 +86,7 @@ def _answer(study: FlexStudy, console: Console) -> Result:
     return result_of(study, moved, swept, coarse)
 
 
-def check(study: FlexStudy) -> None:
+def check(study: FlexStudy, console: Console | None = None) -> None:
     """Refuse a case that contradicts itself, and all its variants, before any work."""
     study = with_tables(study, Path())
     build(study)

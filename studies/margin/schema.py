@@ -5,10 +5,9 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from models.errors import ModelError
-from models.truss import TrussParameters, with_symbols
 from studies.common.configuration import (
     boolean,
     check,
@@ -25,7 +24,10 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError, quoted
 from studies.margin.presets import PRESETS
-from studies.margin.resistance import Curve, curve_of
+
+if TYPE_CHECKING:  # CasADi loads with them, and not for a table of keys
+    from models.truss import TrussParameters
+    from studies.margin.resistance import Curve
 
 # parameters of the truss that a load case may change: those that leave its geometry alone
 OF_A_CASE = (
@@ -152,6 +154,13 @@ def _cases(name: str, value: Any) -> tuple[tuple[str, tuple[tuple[str, Any], ...
     return tuple(found)
 
 
+def _curve(name: str, value: Any) -> Curve:
+    """A measured curve of resistance; see `curve_of`."""
+    from studies.margin.resistance import curve_of
+
+    return curve_of(name, value)
+
+
 @dataclass(frozen=True, kw_only=True)
 class MarginRequirements:
     """Margins that are asked for.
@@ -192,7 +201,7 @@ class MarginRequirements:
     derating: Derating = key(section(Derating), "", "of the motor", factory=Derating)
     holding: float = key(not_negative, "N", "constant resisting force on each rope", default=0.0)
     resistance: Curve | None = optional_key(
-        curve_of,
+        _curve,
         "rad, N m",
         "measured rows [angle, torque] along the travel, or the name of a CSV file of them",
     )
@@ -225,6 +234,8 @@ class MarginRequirements:
         StudyError
             If a parameter of a case makes no truss.
         """
+        from models.truss import TrussParameters, with_symbols
+
         if not self.cases:
             return (LoadCase("as stated", truss, self.factors, self.derating, self.holding, False),)
         found = []

@@ -14,6 +14,7 @@ from studies.common.configuration import (
     boolean,
     check,
     choice,
+    describes,
     finite,
     from_mapping,
     key,
@@ -21,11 +22,10 @@ from studies.common.configuration import (
     optional_key,
     positive,
     section,
-    toml_text,
     whole,
 )
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.truss.config import TrussStudy
+from studies.truss.config import TrussStudy, truss_parameters
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.caps import jerk_cap
 
@@ -33,6 +33,7 @@ AIMS = ("utilisation", "time")
 TOTAL = 36.0  # [s], where none is stated
 
 
+@describes(truss_parameters.schema, truss_parameters.table)
 def _truss(name: str, value: Any) -> TrussParameters:
     """The ring, as a study of the truss reads it."""
     del name  # that study says its own
@@ -92,7 +93,11 @@ class MissionStudy:
         whole(0, 2000), "", "of the arm's meshes; 0 for those of arm solve", default=0
     )
     truss: TrussParameters = key(
-        _truss, "", "the ring, with the keys of a study of the truss", factory=TrussParameters
+        _truss,
+        "",
+        "the ring, with the keys of a study of the truss",
+        factory=TrussParameters,
+        flags=(),
     )
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
 
@@ -147,9 +152,3 @@ def as_dictionary(study: MissionStudy) -> dict[str, Any]:
     ring = truss_dictionary(TrussStudy(minimise="energy", truss=study.truss))["truss"]
     stated = {name: value for name, value in dataclasses.asdict(study).items() if value is not None}
     return {**stated, "truss": ring}
-
-
-def as_toml(study: MissionStudy) -> str:
-    """The file that states the same study again."""
-    head = "# Reproduces this result: antenna-ocp mission input.toml\n\n"
-    return head + toml_text(as_dictionary(study))

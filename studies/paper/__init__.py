@@ -6,7 +6,12 @@
 tables.
 """
 
-from studies.paper.config import PaperStudy
-from studies.paper.study import run
+from typing import TYPE_CHECKING
 
-__all__ = ["PaperStudy", "run"]
+from studies.common.late_names import late_names
+
+if TYPE_CHECKING:
+    from studies.paper.config import PaperStudy as PaperStudy
+    from studies.paper.study import run as run
+
+__getattr__ = late_names(__name__, __file__)

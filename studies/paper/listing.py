@@ -77,6 +77,11 @@ def of(entries: Iterable[Entry], verdict: PaperVerdict) -> list[Entry]:
     return [entry for entry in entries if entry.verdict is verdict]
 
 
+def files(result: Result) -> dict[str, str]:
+    """The rows as a further file of a results folder."""
+    return {"rows.csv": rows_csv(result)}
+
+
 def rows_csv(result: Result) -> str:
     """All rows with their reasons as CSV."""
     text = io.StringIO()

@@ -19,7 +19,6 @@ from studies.common.configuration import (
     key,
     optional_key,
     table,
-    toml_text,
     two_limits,
     whole,
 )
@@ -204,9 +203,3 @@ def configuration_of(study: ParetoStudy) -> dict[str, Any]:
         name: value for name, value in as_dictionary(study.truss).items() if name != "minimise"
     }
     return {**truss, "pareto": stated}
-
-
-def as_toml(study: ParetoStudy) -> str:
-    """The file that states the same study again."""
-    head = "# Reproduces this result: antenna-ocp pareto truss input.toml\n\n"
-    return head + toml_text(configuration_of(study))

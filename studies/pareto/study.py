@@ -34,7 +34,12 @@ from studies.truss.quantities import QUANTITIES
 COARSE_POINTS = 6
 
 
-def run(study: ParetoStudy, console: Console | None = None) -> Result:
+def run(
+    study: ParetoStudy,
+    console: Console | None = None,
+    *,
+    checked: Callable[[], Result] | None = None,
+) -> Result:
     """Find the front of two objectives of the truss, or the surface of three.
 
     Parameters
@@ -43,6 +48,8 @@ def run(study: ParetoStudy, console: Console | None = None) -> Result:
         What is asked.
     console : Console, optional
         Where lines of progress go: standard error by default. `silent()` shows none.
+    checked : callable, optional
+        As `check` gives it, so that nothing is looked into twice.
 
     Returns
     -------
@@ -56,9 +63,20 @@ def run(study: ParetoStudy, console: Console | None = None) -> Result:
         If no motion meets the caps, an objective has no minimiser, or there is nothing to trade.
     """
     with at_work(console) as told:
-        check, solve = asked_of(study, told)
-        check()
-        return solve()
+        return (checked or check(study, told))()
+
+
+def check(study: ParetoStudy, console: Console) -> Callable[[], Result]:
+    """Refuse a study that cannot be met; return what gives its result.
+
+    Raises
+    ------
+    StudyError
+        If no motion meets the caps, an objective has no minimiser, or there is nothing to trade.
+    """
+    refuse, solve = asked_of(study, console)
+    refuse()
+    return solve
 
 
 def asked_of(

@@ -17,26 +17,6 @@ PAGE = "report.html"
 FIGURE_KINDS = ("pdf", "svg", "png")
 FILM_KINDS = ("gif", "mp4")
 
-# kind of study: module with a function `draw(result)`
-ARM_FIGURES = "studies.arm.report.comparison_figures"
-FIGURES = {
-    "truss": "studies.truss.figures",
-    "codesign": "studies.codesign.figures",
-    "mission": "studies.mission.figures",
-    "check": "studies.check.figures",
-    "check-arm": "studies.check.figures",
-    "arm": ARM_FIGURES,
-    "arm-baselines": ARM_FIGURES,
-    "arm-sequence": ARM_FIGURES,
-    "pareto-arm": ARM_FIGURES,
-    "pareto-truss": "studies.pareto.figures",
-    "robust": ARM_FIGURES,
-    "robust-truss": "studies.robust.figures",
-    "paper": "studies.paper.figures",
-    "flex": "studies.flex.figures",
-    "sweep": "studies.sweep.figures",
-}
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of the sub-command."""
@@ -199,15 +179,16 @@ def draw_figures(
     result: Result, folder: Path, kinds: Sequence[str], overwrite: bool, console: Console
 ) -> None:
     """Draw all figures of a result into a folder."""
-    from importlib import import_module
-
+    from studies import registry
     from studies.common.drawing import save
     from studies.common.folder import ResultsFolder
+    from studies.common.study import placed
 
-    if result.kind not in FIGURES:
-        known = ", ".join(FIGURES)
+    study = registry.study_of(result.kind)
+    if study is None or study.figures is None:
+        known = ", ".join(one.kind for one in registry.studies() if one.figures is not None)
         raise StudyError(f"results of the kind '{result.kind}' have no figures; {known} have")
-    draw = import_module(FIGURES[result.kind]).draw
+    draw = placed(study.figures)
     there = [path for kind in kinds for path in folder.glob(f"*.{kind}")]
     if there and not overwrite:
         raise _taken(there[0])

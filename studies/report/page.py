@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import io
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,11 +14,13 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array
+from studies import registry
 from studies.common.drawing import LAWS
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
 from studies.common.scene.moving_picture import MovingPicture
-from studies.report import assets, sections, words
+from studies.common.study import Study, placed
+from studies.report import assets, sections
 from studies.report.charts import Chart, charts_of_arrays
 from studies.report.html import Element, element, typeset, written
 from studies.report.still import snapshots, tension_picture
@@ -25,15 +28,8 @@ from studies.report.still import snapshots, tension_picture
 SHARES = (0.0, 0.4, 0.6, 1.0)  # of the duration, of the still pictures of a motion
 MARK = "antenna-ocp report"  # by which a page is known as ours
 
-# subject of a study: module with functions `charts(result)` and `scene(result)`
-_SUBJECTS = {
-    "truss": "studies.report.subjects.truss",
-    "arm": "studies.report.subjects.arm",
-}
-# the same for results that are fronts, which show something else than their subject's motion
+# what results that are fronts show, which is something else than their mechanism's motion
 _FRONT = "studies.report.subjects.front"
-# kinds whose figures stand in the page as pictures: cases over their keys are no curves of motions
-_DRAWN = {"sweep": "studies.sweep.figures"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,28 +52,25 @@ class Shown:
 
 def shown(result: Result) -> Shown:
     """Curves and motion of a result, as its kind has them."""
-    if result.kind in _DRAWN and result.arrays:
-        return Shown((), (), None, dict(_drawings(result)))
-    name = _SUBJECTS.get(words.subject(result), "studies.report.subjects.arm")
-    if "axes" in result.details:
-        name = _FRONT
-    module: Any = import_module(name)
-    if not result.arrays or (name.endswith("truss") and "angle" not in result.arrays):
-        charts: tuple[Chart, ...] = charts_of_arrays(result)
-        picture = None
-    else:
-        try:
+    study, mechanism = registry.study_of(result.kind), registry.mechanism_of(result.kind)
+    if study is not None and study.drawn and result.arrays:
+        return Shown((), (), None, dict(_drawings(result, study)))
+    name = _FRONT if "axes" in result.details else "" if mechanism is None else mechanism.page
+    charts: tuple[Chart, ...] = charts_of_arrays(result)
+    picture = None
+    if result.arrays and name:
+        module: Any = import_module(name)
+        with contextlib.suppress(StudyError):  # the study is not known any more: its arrays are
             charts, picture = module.charts(result), module.scene(result)
-        except StudyError:  # the study is not known any more: its arrays are
-            charts, picture = charts_of_arrays(result), None
     named = [curve.law for chart in charts for curve in chart.curves]
     if picture is not None:
         named += [law.name for law in picture.laws]
     return Shown(_in_order((*result.laws, *named)), charts, picture)
 
 
-def _drawings(result: Result) -> Iterator[tuple[str, bytes]]:
-    for name, figure in import_module(_DRAWN[result.kind]).draw(result):
+def _drawings(result: Result, study: Study) -> Iterator[tuple[str, bytes]]:
+    assert study.figures is not None
+    for name, figure in placed(study.figures)(result):
         stream = io.BytesIO()
         figure.savefig(stream, format="png")
         yield name, stream.getvalue()

@@ -6,24 +6,18 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from studies import registry
 from studies.common.columns import flat
 from studies.common.comparison_table import TableRow
 from studies.common.console import number
-from studies.common.parameters import parameter_lines
 from studies.common.result import Result
+from studies.common.study import placed
 from studies.report import words
 from studies.report.charts import Chart
 from studies.report.html import Content, Element, element, identifier, table
 from studies.report.still import chart_picture
 
 MANY = 5  # costs that fit a narrow card
-_NAMES = {
-    "truss": "Ring truss",
-    "arm": "Supporting arm",
-    "flex": "Flexible links",
-    "paper": "The paper beside our models",
-    "sweep": "Many cases of one study",
-}
 
 
 def section(title: str, *content: Content) -> Element:
@@ -50,7 +44,8 @@ def title_of(result: Result) -> str:
 
 def heading(result: Result) -> Element:
     """Kind and question."""
-    kind = _NAMES.get(words.subject(result), result.kind or "unknown kind of study")
+    mechanism = registry.mechanism_of(result.kind)
+    kind = mechanism.title if mechanism else result.kind or "unknown kind of study"
     made = str(result.provenance.get("made", ""))[:10]
     return element(
         "header",
@@ -142,14 +137,15 @@ def requirement(result: Result) -> Element:
 
 def model(result: Result) -> Element:
     """What was computed with."""
-    return section(
-        "Model",
-        paragraphs(words.MODELS.get(words.subject(result), ("See the exact input below.",))),
-    )
+    mechanism = registry.mechanism_of(result.kind)
+    sentences = () if mechanism is None else mechanism.model
+    return section("Model", paragraphs(sentences or ("See the exact input below.",)))
 
 
 def parameters(result: Result) -> Element:
     """Every parameter of the model with its source."""
+    mechanism = registry.mechanism_of(result.kind)
+    reader = None if mechanism is None else mechanism.parameters
     rows = [
         (
             line.name,
@@ -158,7 +154,7 @@ def parameters(result: Result) -> Element:
             number(line.value, 6) if isinstance(line.value, float) else str(line.value),
             line.source,
         )
-        for line in parameter_lines(words.subject(result), result.configuration)
+        for line in (placed(reader)(result.configuration) if reader is not None else ())
     ]
     head = ("parameter", "meaning", "unit", "value", "source")
     if not rows:

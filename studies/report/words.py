@@ -7,23 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from studies import registry
 from studies.common.comparison_table import OUTSTANDING, WORSE, TableRow
 from studies.common.console import number
 from studies.common.result import Criterion, Result
 
-# kind of study: what it is about, where its name does not say so
-_ABOUT = {
-    "check": "truss",
-    "codesign": "truss",
-    "check-arm": "arm",
-    "pareto-arm": "arm",
-    "pareto-truss": "truss",
-    "robust": "arm",
-    "robust-truss": "truss",
-}
 MOST_GAINS = 6
 MOST_FAILED = 3  # checks that an answer names
-PROFILES = ("check", "check-arm")  # kinds whose question is whether a profile keeps its checks
 NOTHING = 1e-9  # in SI units: less of any quantity of a table is rounding
 MANY_TIMES = 1e6
 SAME = 5e-4  # relative: closer is the same, to three digits of a percentage
@@ -56,10 +46,7 @@ _MEANS = {
 }
 
 
-# kinds whose further columns are parts of the one motion
-_OF_PARTS = ("mission",)
 # what a verdict means of many cases, whose columns are no laws beside each other
-CASES = "sweep"
 _MEANS_OF_CASES = {
     "global": "In each case no other motion under its caps is better: a bound that holds for all "
     "of them is met.",
@@ -70,18 +57,19 @@ _MEANS_OF_CASES = {
 }
 
 
-def subject(result: Result) -> str:
-    """What a result is about: truss, arm, flex, paper, or what its kind begins with."""
-    return _ABOUT.get(result.kind, result.kind.partition("-")[0])
+def answers(result: Result) -> str:
+    """What the columns of a result's table are, as its study says."""
+    study = registry.study_of(result.kind)
+    return "motion" if study is None else study.answers
 
 
 def answer(result: Result) -> list[str]:
     """The answer to the question of a result: first what failed, then what was found."""
-    if result.kind == CASES:
+    if answers(result) == "cases":
         return _of_cases(result)
     first = _of_checks(result)
     sentences = [_least(result, row) for row in result.table if row.minimised]
-    if sentences and result.also_found and result.kind not in _OF_PARTS:
+    if sentences and result.also_found and answers(result) != "parts":
         first += _ends(result)
         first.append(f"In between, these are the numbers of one motion, {result.laws[0]}.")
     if not sentences:
@@ -101,11 +89,11 @@ def _of_checks(result: Result) -> list[str]:
     failed = [_plain(check) for check in checks if not check.passed]
     open_still = [_plain(check) for check in checks if not check.decided]
     if failed:
-        begun = "No: it breaks" if result.kind in PROFILES else "Not as asked: it fails"
+        begun = "No: it breaks" if answers(result) == "profile" else "Not as asked: it fails"
         more = f"; and {len(failed) - MOST_FAILED} more" if len(failed) > MOST_FAILED else ""
         named = "; ".join(failed[:MOST_FAILED])
         return [f"{begun} {len(failed)} of {len(checks)} checks: {named}{more}."]
-    if result.kind not in PROFILES or not checks:
+    if answers(result) != "profile" or not checks:
         return []
     if open_still:
         return [f"Not decided, because of noise or rounding: {'; '.join(open_still)}."]
@@ -205,7 +193,7 @@ def _first_values(result: Result) -> list[str]:
 
 def _least(result: Result, row: TableRow) -> str:
     value, unit = row.values.get(result.laws[0], math.nan), _unit(row)
-    in_parts = result.kind in _OF_PARTS
+    in_parts = answers(result) == "parts"
     breaking = _breaking(result)
     keeping = [law for law in result.compared_with if law not in breaking]
     beside = result.also_found if in_parts else keeping
@@ -298,7 +286,7 @@ def outstanding(result: Result) -> bool:
 
 def compared(result: Result) -> bool:
     """Whether there is anything to compare with."""
-    several = bool(result.compared_with) and result.kind != CASES
+    several = bool(result.compared_with) and answers(result) != "cases"
     return several and any(row.better != "neither" for row in result.table)
 
 
@@ -312,7 +300,7 @@ def _passed(checks: Sequence[Criterion]) -> str:
 
 def rests_on(result: Result) -> list[str]:
     """Why the verdict may be believed, and how far."""
-    means = {**_MEANS, **_MEANS_OF_CASES} if result.kind == CASES else _MEANS
+    means = {**_MEANS, **_MEANS_OF_CASES} if answers(result) == "cases" else _MEANS
     sentences = [means[result.verdict.kind]]
     checks = result.checks
     if checks:
@@ -353,46 +341,5 @@ def limits(result: Result) -> list[str]:
     sentences = list(result.remarks)
     if result.interrupted:
         sentences.append("The study was interrupted: a longer one might find better.")
-    return [*sentences, *_LIMITS.get(subject(result), ())]
-
-
-_LIMITS: dict[str, Sequence[str]] = {
-    "truss": (
-        "The truss moves with one degree of freedom: its rods are rigid, all modules move alike, "
-        "and clearance and thermal effects are left out.",
-        "Gravity is left out, as in orbit.",
-        "The section and the elastic modulus of the tubes and the masses of the joints are "
-        "assumed: the paper prints none of them.",
-        "Forces in the bars are those of pinned, rigid bars in a ring whose centre rests: the "
-        "fixed bar's reaction also moves the ring as a whole and bends it.",
-        "The motor is placed on the fixed bar: the paper does not say where it is.",
-    ),
-    "arm": (
-        "The arm moves in a plane, without gravity. Its joints have no play and no friction unless "
-        "the study says so.",
-    ),
-    "flex": (
-        "The links move in a plane and stay elastic. Their joints have no play and no friction.",
-    ),
-}
-MODELS: dict[str, Sequence[str]] = {
-    "flex": (
-        "A chain of slender links of ANCF beam elements, section III of the paper, with joints "
-        "that are free, locked or driven.",
-    ),
-    "paper": ("All models of the project, each where the paper prints a number of it.",),
-    "truss": (
-        "A ring of identical modules that open together. The deployment angle lies between a "
-        "vertical bar and its cross-bars. Two ropes, each hauled in by the motor, pull the sliders "
-        "towards the bars' ends against springs, the cable net and friction; the net is taut from "
-        "a certain angle on.",
-        "Equations (16) to (38) of Lu, Qi, Hu, Li and Zhang, Deployment Dynamics of Large Space "
-        "Antenna and Supporting Arms, IEEE Access 2019, DOI 10.1109/ACCESS.2019.2918614, with "
-        "with the corrections of misprints that the documents list.",
-    ),
-    "arm": (
-        "Two slender links with a joint at the root and one between them; the antenna is a "
-        "particle at the tip. Motions are found on a reduced model with a few elastic coordinates "
-        "and replayed on the full one of ANCF beam elements, section III of the paper.",
-    ),
-}
+    mechanism = registry.mechanism_of(result.kind)
+    return [*sentences, *(mechanism.limits if mechanism is not None else ())]

@@ -21,7 +21,6 @@ from studies.common.configuration import (
     not_negative,
     positive,
     table,
-    toml_text,
     whole,
 )
 from studies.common.exit_codes import StudyError, quoted
@@ -116,12 +115,14 @@ class Uncertainty:
         "",
         "tables of what a truss has other than the study's: " + ", ".join(VARIED),
         factory=dict,
+        flags=(),
     )
     scatter: Any = key(
         _scatter,
         "",
         "by the same words, {low, high} (uniform) or {mean, deviation} (normal, cut at zero)",
         factory=dict,
+        flags=(),
     )
     corners: bool = key(
         boolean, "", "whether every truss in the ranges of the scatter is served, too", default=True
@@ -244,9 +245,3 @@ def as_dictionary(study: RobustTrussStudy) -> dict[str, Any]:
         **truss_dictionary(study.deployment),
         "robust": dataclasses.asdict(study.uncertainty),
     }
-
-
-def as_toml(study: RobustTrussStudy) -> str:
-    """The file that states the same study again."""
-    head = "# Reproduces this result: antenna-ocp robust truss input.toml\n\n"
-    return head + toml_text(as_dictionary(study), inline=("minimise",))

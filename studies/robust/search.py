@@ -66,7 +66,7 @@ class RobustLaw:
     second: tuple[Criterion, ...] = ()
 
 
-def check(study: RobustTrussStudy) -> None:
+def check(study: RobustTrussStudy, console: Console | None = None) -> None:
     """Refuse scenarios that have no motion even alone, before any work.
 
     Raises
@@ -81,7 +81,7 @@ def check(study: RobustTrussStudy) -> None:
     study = with_corners(study, Deployment("Bezier", pinned_bezier(truss, duration), truss))
     for name in study.scenarios:
         try:
-            Search(alone(study, name), silent()).check()
+            Search(alone(study, name), console or silent()).check()
         except StudyError as error:
             raise StudyError(f"scenario {named(study, name)}: {error}", error.exit_code) from error
 

@@ -13,6 +13,7 @@ from studies.common.configuration import (
     check,
     check_keys,
     choice,
+    describes,
     finite,
     from_mapping,
     key,
@@ -22,7 +23,8 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import StudyError, quoted
-from studies.sweep.subjects import SUBJECTS
+from studies.sweep.subjects import subject as swept_study
+from studies.sweep.subjects import with_files
 
 SAMPLINGS = ("grid", "list", "one-at-a-time", "latin-hypercube", "sobol", "sobol-indices")
 RANDOM = (
@@ -123,6 +125,13 @@ def _between(name: str, word: str, raw: Mapping[str, Any]) -> Axis:
     return Axis(word, (low, *values[1:-1], high))
 
 
+@describes({"type": "string"})
+def _subject(name: str, value: Any) -> str:
+    """The words of a command whose study can be swept."""
+    return swept_study(value)[0].name
+
+
+@describes({"type": "array", "items": {"type": "string"}})
 def _words(name: str, value: Any) -> tuple[str, ...]:
     if isinstance(value, str) or not isinstance(value, list | tuple):
         raise StudyError(f'{name} is {quoted(value)}; give a list of quantities, as ["peak-force"]')
@@ -163,7 +172,7 @@ class SweepStudy:
     """
 
     subject: str = key(
-        choice(SUBJECTS), "", f"what is swept: {', '.join(SUBJECTS)}", default="truss"
+        _subject, "", "words of the command whose study is swept, as arm solve", default="truss"
     )
     base: Mapping[str, Any] = key(
         table, "", "the study of which keys vary; or name its file by study"
@@ -215,7 +224,7 @@ class SweepStudy:
         if self.sampling == "list" and len(set(counts.values())) > 1:
             lengths = ", ".join(f"{name} has {count}" for name, count in counts.items())
             raise StudyError(f"the lists of a sampling 'list' are of one length, but {lengths}")
-        if self.warm and (self.sampling != "grid" or not SUBJECTS[self.subject].warm):
+        if self.warm and (self.sampling != "grid" or not swept_study(self.subject)[1].warm):
             raise StudyError(
                 f"warm is true, but only a grid of the truss has neighbours to start from, not a "
                 f"sampling {self.sampling!r} of {self.subject!r}; leave warm out"
@@ -269,12 +278,12 @@ def study_from(raw: Mapping[str, Any], folder: Path = Path()) -> SweepStudy:
         raise StudyError(
             "both study and [base] are given; name a file or write the study, not both"
         )
-    subject = choice(SUBJECTS)("subject", content.get("subject", "truss"))
+    study, _ = swept_study(content.get("subject", "truss"))
     if "study" in content:
         path = folder / str(content.pop("study"))
-        content["base"] = SUBJECTS[subject].with_files(read_toml(path), path.parent)
+        content["base"] = with_files(study, read_toml(path), path.parent)
     else:
-        content["base"] = SUBJECTS[subject].with_files(content.get("base", {}), folder)
+        content["base"] = with_files(study, content.get("base", {}), folder)
     if "parameters" not in content:
         raise StudyError(
             "no key is stated to vary; give a table [parameters], as "

@@ -9,7 +9,7 @@ from dataclasses import replace
 from studies.sweep.cases.plan import Plan
 from studies.sweep.cases.store import CaseStore, DamagedCase
 from studies.sweep.driver import in_words
-from studies.sweep.subjects import SUBJECTS
+from studies.sweep.subjects import subject
 
 _SAMPLED = 3  # cases that are solved to measure how long one takes
 
@@ -61,5 +61,5 @@ def _seconds(plan: Plan, times: Iterable[float | None]) -> tuple[float, str]:
     known = [seconds for seconds in times if seconds is not None]
     if known:
         return statistics.fmean(known), f"mean of {len(known)} cases in the folder"
-    full, coarse = SUBJECTS[plan.study.subject].seconds
+    full, coarse = subject(plan.study.subject)[1].seconds
     return (coarse if plan.study.coarse else full), "a rough guess: no case has run yet"

@@ -20,7 +20,7 @@ from studies.common.result import Criterion, Result, Series, Verdict
 from studies.sweep.cases.plan import Plan
 from studies.sweep.cases.store import CaseStore, DamagedCase
 from studies.sweep.config import as_dictionary
-from studies.sweep.subjects import SUBJECTS
+from studies.sweep.subjects import subject, units
 
 ANSWERED = ("solved", "infeasible", "refused")  # what a case may end with and be an answer
 FILE = "cases.csv"
@@ -113,7 +113,7 @@ def columns(plan: Plan, table: CaseTable) -> dict[str, list[Any]]:
 def _units(plan: Plan) -> dict[str, str]:
     """Units of the keys that vary."""
     keys = [axis.key for axis in plan.study.parameters]
-    return SUBJECTS[plan.study.subject].units(keys)
+    return units(subject(plan.study.subject)[0], keys)
 
 
 def _stated(values: Array) -> list[Any]:

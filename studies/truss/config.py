@@ -11,31 +11,30 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from models.errors import ModelError
-from models.laws import Bezier, Step5, paper_points, peaks
-from models.truss import DYNAMIC_SET, KINEMATIC_SET, JointMasses, TrussParameters
 from studies.common.configuration import (
+    Flag,
     as_number,
     boolean,
     check,
     check_keys,
     choice,
     choices,
+    describes,
     from_mapping,
     key,
     optional_key,
     positive,
     section,
     table,
-    toml_text,
     whole,
+    with_commas,
 )
 from studies.common.exit_codes import StudyError, quoted
-from studies.drive.schema import Drive
-from studies.drive.snap_through import check_rope
-from studies.margin.schema import MarginRequirements
+from studies.drive.schema import Drive, drive_of_file
+from studies.margin.schema import MarginRequirements, read_margin
 from studies.truss.limits.caps import (
     MULTIPLE_OF_DURATION,
     Caps,
@@ -46,12 +45,24 @@ from studies.truss.limits.caps import (
 from studies.truss.limits.tolerances import PLAUSIBLE, check_plausible
 from studies.truss.quantities import OBJECTIVES
 
+if TYPE_CHECKING:  # CasADi loads with the models, and not for a table of keys
+    from models.truss import JointMasses, TrussParameters
+
 DEPLOYED = math.pi / 2  # [rad]
 PAPER_DURATION = 140.0  # [s], follows from the paper's 5.7e-4 rad/s^2 and (40)
-SETS = {"dynamic": DYNAMIC_SET, "kinematic": KINEMATIC_SET}
+SETS = ("dynamic", "kinematic")  # of parameters, as the paper has them
 STARTS = ("bezier", "step5", "straight", "dwell", "phase-plane")
 
 
+@describes(
+    {
+        "anyOf": [
+            {"enum": list(OBJECTIVES)},
+            {"type": "object", "additionalProperties": {"type": "number", "exclusiveMinimum": 0}},
+            {"type": "array", "minItems": 1},
+        ]
+    }
+)
 def _stages(name: str, value: Any) -> tuple[dict[str, float], ...]:
     """One objective, a table of weights, or a list of these in order of importance."""
     if isinstance(value, list | tuple) and value:
@@ -70,6 +81,14 @@ def _stages(name: str, value: Any) -> tuple[dict[str, float], ...]:
     return ({choice(OBJECTIVES)(name, value): 1.0},)
 
 
+@describes(
+    {
+        "anyOf": [
+            {"type": "number", "exclusiveMinimum": 0},
+            {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
+        ]
+    }
+)
 def _duration(name: str, value: Any) -> tuple[float, float]:
     """A number, or a shortest and a longest duration."""
     if not isinstance(value, list | tuple):
@@ -88,6 +107,13 @@ def _duration(name: str, value: Any) -> tuple[float, float]:
     return low, high
 
 
+def _ends(text: str) -> Any:
+    """A duration, or LOW..HIGH."""
+    ends = [as_number(end.strip()) for end in text.split("..")]
+    return ends[0] if len(ends) == 1 else ends
+
+
+@describes({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1})
 def _share(name: str, value: Any) -> float:
     """A number above zero and below one."""
     share = positive(name, value)
@@ -99,8 +125,38 @@ def _share(name: str, value: Any) -> float:
     return share
 
 
-def _truss(name: str, value: Any) -> TrussParameters:
+def _parameters_class() -> type[Any]:
+    from models.truss import TrussParameters
+
+    return TrussParameters
+
+
+def _dynamic_set() -> TrussParameters:
+    from models.truss import DYNAMIC_SET
+
+    return DYNAMIC_SET
+
+
+@describes(
+    {
+        "type": "object",
+        "properties": {
+            "set": {"enum": list(SETS), "description": "of the paper, from which the others differ"}
+        }
+        | {
+            f"{angle}_angle_deg": {
+                "type": "number",
+                "description": f"{angle}_angle in degrees, instead of it [deg]",
+            }
+            for angle in ("stowed", "net")
+        },
+    },
+    _parameters_class,
+)
+def truss_parameters(name: str, value: Any) -> TrussParameters:
     """Parameters of the model, or a table of those that differ from one of the paper's sets."""
+    from models.truss import DYNAMIC_SET, KINEMATIC_SET, TrussParameters
+
     if isinstance(value, TrussParameters):
         return value
     raw = table(name, value)
@@ -115,7 +171,8 @@ def _truss(name: str, value: Any) -> TrussParameters:
                 f"{quoted(raw[in_degrees])}, which are the same angle; state one of them"
             )
 
-    base = SETS[choice(SETS)(f"{name}.set", raw.get("set", "dynamic"))]
+    chosen = choice(SETS)(f"{name}.set", raw.get("set", "dynamic"))
+    base = DYNAMIC_SET if chosen == "dynamic" else KINEMATIC_SET
     changes = {key: item for key, item in raw.items() if key not in ("set", *degrees)}
     for key_in_degrees, radians in degrees.items():
         if key_in_degrees in raw:
@@ -136,6 +193,8 @@ def _with_table(sentence: str, name: str, keys: Sequence[str]) -> str:
 
 
 def _joint_masses(name: str, raw: Any) -> JointMasses:
+    from models.truss import JointMasses
+
     if not isinstance(raw, Mapping):
         raise StudyError(f"{name} is {quoted(raw)}; make it a table of masses in kg")
     check_keys(raw, [field.name for field in dataclasses.fields(JointMasses)], f"{name}.")
@@ -162,7 +221,11 @@ class SolverOptions:
         whole(2), "", "mesh intervals to start from, over the whole motion", default=40
     )
     starts: tuple[str, ...] = key(
-        choices(STARTS), "", "laws to start from, one after the other", default=STARTS
+        choices(STARTS),
+        "",
+        "laws to start from, one after the other",
+        default=STARTS,
+        flags=(Flag("--starts", metavar="A,B", read=with_commas),),
     )
     seconds: float = key(
         positive,
@@ -204,9 +267,21 @@ class TrussStudy:
         "",
         "an objective, a table of objectives and weights, or a list of these in order of "
         f"importance; objectives are {', '.join(OBJECTIVES)}",
+        flags=(Flag("--objective", meaning=f"what is least: {', '.join(OBJECTIVES)}"),),
     )
     duration: Any = key(
-        _duration, "s", "of the deployment; [low, high] leaves it free", default=PAPER_DURATION
+        _duration,
+        "s",
+        "of the deployment; [low, high] leaves it free",
+        default=PAPER_DURATION,
+        flags=(
+            Flag(
+                "--duration",
+                meaning="[s]; LOW..HIGH leaves it free between",
+                metavar="T",
+                read=_ends,
+            ),
+        ),
     )
     concession: float = key(
         _share, "", "relative loss that a later objective may cost an earlier one", default=5e-5
@@ -214,20 +289,60 @@ class TrussStudy:
     smooth: bool = key(
         boolean, "", "whether the law is made smooth where a peak leaves it free", default=True
     )
-    caps: Caps = key(section(Caps), "", "limits that hold at all times", factory=Caps)
+    caps: Caps = key(
+        section(Caps), "", "limits that hold at all times", factory=Caps, flags="--{}-cap"
+    )
     truss: TrussParameters = key(
-        _truss,
+        truss_parameters,
         "",
         'parameters of the model; also set = "dynamic" or "kinematic", stowed_angle_deg and '
         "net_angle_deg",
-        default=DYNAMIC_SET,
+        factory=_dynamic_set,
+        flags=(
+            Flag("--friction", "pulley_friction", "mu between rope and pulley"),
+            Flag("--modules", "modules", "number of modules"),
+            Flag("--set", "set", "the paper's parameters: dynamic or kinematic"),
+            Flag(
+                "--parameter",
+                meaning="any parameter of the model, e.g. link=0.16 or net_angle_deg=82; may be "
+                "repeated",
+                metavar="NAME=VALUE",
+                assigns=True,
+            ),
+        ),
     )
     solver: SolverOptions = key(section(SolverOptions), "", "how to solve", factory=SolverOptions)
     margin: MarginRequirements | None = optional_key(
-        section(MarginRequirements), "", "margins of the motor; its keys are listed below"
+        section(MarginRequirements),
+        "",
+        "margins of the motor; its keys are listed below",
+        flags=(
+            Flag(
+                "--margin",
+                meaning="margins of the motor: a preset, as aiaa-s-114, or a TOML file with "
+                "[margin]",
+                read=read_margin,
+            ),
+            Flag(
+                "--keep-margins",
+                "keep",
+                "the motion has to keep the margins, as it does its caps",
+                value=True,
+            ),
+        ),
     )
     drive: Drive | None = optional_key(
-        section(Drive), "", "the drive: its limits are caps, too, and exports are made for it"
+        section(Drive),
+        "",
+        "the drive: its limits are caps, too, and exports are made for it",
+        flags=(
+            Flag(
+                "--drive",
+                meaning="drive.toml, whose limits are caps; or [drive] of the study's own file",
+                metavar="FILE",
+                read=drive_of_file,
+            ),
+        ),
     )
 
     def __post_init__(self) -> None:
@@ -240,7 +355,10 @@ class TrussStudy:
             )
 
         check_stated(self.caps, self.objectives, self.drive, self.margin)
-        check_rope(self.truss, self.drive)
+        if self.drive is not None:
+            from studies.drive.snap_through import check_rope  # the models load with it
+
+            check_rope(self.truss, self.drive)
         if self.margin is not None:
             self.margin.load_cases(self.truss)  # said before any work
 
@@ -349,6 +467,8 @@ def law_jerk(name: str, duration: float, stowed_angle: float) -> float:
 @functools.lru_cache(maxsize=256)
 def _jerk_of_a_second(name: str, stowed_angle: float) -> float:
     """Peak jerk [rad/s^3] of a law of 1 s; kept, as a sweep asks for it thousands of times."""
+    from models.laws import Bezier, Step5, paper_points, peaks
+
     if name == "bezier":
         return peaks(Bezier(1.0, paper_points(stowed_angle, DEPLOYED))).jerk
     return peaks(Step5(1.0, stowed_angle, DEPLOYED)).jerk
@@ -377,9 +497,3 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         **({} if study.margin is None else {"margin": study.margin.as_dictionary()}),
         **({} if study.drive is None else {"drive": study.drive.as_dictionary()}),
     }
-
-
-def as_toml(study: TrussStudy, command: str = "antenna-ocp truss") -> str:
-    """The file that states the same study again, for a command that repeats what was done."""
-    head = f"# Reproduces this result: {command} input.toml\n\n"
-    return head + toml_text(as_dictionary(study), inline=("minimise",))

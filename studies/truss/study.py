@@ -12,9 +12,10 @@ from typing import Any
 
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, at_work
+from studies.common.finished import FinishedStarts
 from studies.common.folder import provenance
 from studies.common.result import Result, Series
-from studies.common.stops import kept
+from studies.common.stops import kept as kept_anyway
 from studies.truss.bars import bars_of
 from studies.truss.checks import (
     criteria,
@@ -41,8 +42,26 @@ KNOTS = {
 }
 
 
+def check(study: TrussStudy, console: Console) -> Search:
+    """Refuse what no motion meets or attains; return the search that has looked into that.
+
+    Raises
+    ------
+    StudyError
+        With the nearest value that works.
+    """
+    search = Search(study, console, confirms=True)
+    search.check()
+    return search
+
+
 def run(
-    study: TrussStudy, console: Console | None = None, neighbour: Result | None = None
+    study: TrussStudy,
+    console: Console | None = None,
+    neighbour: Result | None = None,
+    *,
+    checked: Search | None = None,
+    kept: FinishedStarts | None = None,
 ) -> Result:
     """Find the optimal deployment, compare it with the paper's laws, and verify it.
 
@@ -54,6 +73,10 @@ def run(
         Where lines of progress go: standard error by default. `silent()` shows none.
     neighbour : Result, optional
         Of a like study: its motion is the first to start from, before the laws of this study.
+    checked : Search, optional
+        As `check` gives it, so that nothing is looked into twice.
+    kept : FinishedStarts, optional
+        Where finished starts go to, and come from.
 
     Returns
     -------
@@ -65,16 +88,16 @@ def run(
     StudyError
         If no motion meets the caps, none of those that do is best, or none was found.
     """
-    law = None if neighbour is None else law_of_result(neighbour)
     with at_work(console) as told:
-        search = Search(study, told, law, confirms=True)
-        search.check()
+        search = check(study, told) if checked is None else checked
+        search.neighbour = None if neighbour is None else law_of_result(neighbour)
+        search.kept = kept
         return result_of(study, search.run())
 
 
 def result_of(study: TrussStudy, best: BestMotion) -> Result:
     """The result that the best motion of a search gives."""
-    return kept(lambda whole: _result(study, best), best.interrupted)
+    return kept_anyway(lambda whole: _result(study, best), best.interrupted)
 
 
 def _result(study: TrussStudy, best: BestMotion) -> Result:

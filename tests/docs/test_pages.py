@@ -15,10 +15,12 @@ import studies.pareto
 import studies.robust
 import studies.sweep
 from models.laws import JerkLimited
+from studies.check import STUDY as CHECK
 from studies.cli import parse
 from studies.common.console import Console, number
 from studies.common.exit_codes import StudyError
-from studies.truss.command import raw_study, read_study, stated_study
+from studies.common.study_command import raw_study, read_study, stated_study
+from studies.truss.command import STUDY as TRUSS
 from studies.truss.config import DEPLOYED, study_from
 from studies.truss.limits.feasibility import check_feasible
 from studies.truss.motions.deployment import Deployment
@@ -122,9 +124,10 @@ def test_commands_are_understood(
         (tmp_path / f"{name}.toml").write_text(text)
     options, _ = parse(shlex.split(line, comments=True))
     if line.startswith("truss") and "--resume" not in line:
-        read_study(options, Console())
+        read_study(TRUSS, options, Console())
     if line.startswith("check"):  # a profile has its own duration, and needs no objective
-        stated_study({"minimise": "energy", "duration": 1.0, **raw_study(options)}, Console())
+        raw = {"minimise": "energy", "duration": 1.0, **raw_study(CHECK, options)}
+        stated_study(CHECK, raw, Console())
 
 
 def test_targets_that_are_named_exist() -> None:

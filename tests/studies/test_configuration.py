@@ -16,7 +16,6 @@ from studies.common.configuration import (
     finite,
     from_mapping,
     key,
-    key_lines,
     nearest,
     not_negative,
     optional,
@@ -28,6 +27,7 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import SHOWN, StudyError, quoted
+from studies.common.keys import key_lines
 from studies.truss.config import study_from
 
 

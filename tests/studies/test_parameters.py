@@ -3,7 +3,14 @@
 import tomllib
 from importlib.resources import files
 
-from studies.common.parameters import parameter_lines
+from studies.common.study import placed
+from studies.registry import mechanism_of
+
+
+def parameter_lines(kind, configuration):
+    """The lines of a result of a kind."""
+    mechanism = mechanism_of(kind)
+    return placed(mechanism.parameters)(configuration) if mechanism.parameters else []
 
 
 def test_links_have_their_own_lines_and_say_what_was_stated() -> None:

@@ -19,9 +19,9 @@ from models.laws import (
     linear_jerk,
 )
 from studies.cli import main
-from studies.common.configuration import key_lines
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.keys import key_lines
 from studies.common.result import Result
 from studies.paper.cases import DEPLOYED, WITH_FRICTION
 from studies.truss import figures

@@ -16,8 +16,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from benchmarks.shows.fuzz import damage
-from studies.cli import COMMANDS, build_parser
-from studies.common.configuration import key_lines
+from studies.cli import build_parser
+from studies.common.keys import key_lines
+from studies.registry import COMMANDS
 
 FAST = ("--intervals", "8", "--starts", "straight", "--seconds", "20")
 TRUSS = ("--objective", "peak-acceleration", "--duration", "5", *FAST)
@@ -87,6 +88,8 @@ KINDS: Mapping[str, Kind] = {
         "studies.sweep.config:SweepStudy",
         'coarse = true\nbase.minimise = "energy"\nparameters.duration = [4.0, 5.0]\n',
     ),
+    "keys": Kind(("truss", "--schema")),
+    "completion": Kind(("bash",)),
     "report": Kind(("RESULTS", "--to", "OUT")),
     "export": Kind(("RESULTS", "--to", "pvt", "--output", "NEW")),
 }
@@ -164,6 +167,7 @@ def _value(rng: np.random.Generator) -> str:
 
 def _flag(rng: np.random.Generator, line: Line) -> argparse.Action:
     known = [action for action in _flags(line.name) if action.option_strings]
+    known = known or build_parser(line.name)._actions[:1]  # a command may have --help alone
     return known[int(rng.integers(len(known)))]
 
 

@@ -22,9 +22,9 @@ from benchmarks.records import ROOT
 from benchmarks.shows.fuzz.commands import made_folder
 from benchmarks.shows.fuzz.said import MARK, faults_of
 from benchmarks.shows.show import Columns, Question, Row, listed
-from studies.cli import COMMANDS
 from studies.common.console import Table
 from studies.common.exit_codes import ExitCode
+from studies.registry import COMMANDS
 
 LINE = "each sub-command stopped by Ctrl-C at several moments, with the seconds until it has ended"
 LIMIT = 900.0  # [s]
@@ -60,10 +60,12 @@ WORDS: Mapping[str, Sequence[str]] = {
     "flex": ("--preset", "double-pendulum"),
     "check": ("PROFILE",),
     "sweep": ("SWEEP",),
+    "keys": ("truss",),
+    "completion": ("bash",),
     "report": ("RESULTS", "--to", "OUT"),
     "export": ("RESULTS", "--to", "pvt", "--output", "NEW"),
 }
-TO_FOLDER = set(COMMANDS) - {"report", "export"}
+TO_FOLDER = set(COMMANDS) - {"report", "export", "keys", "completion"}
 
 
 def question(seed: int, index: int) -> Question:

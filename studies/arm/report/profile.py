@@ -121,6 +121,11 @@ def load_series(history: Loads, replayed: LockedMotion) -> dict[str, Series]:
     }
 
 
+def files(result: Result) -> dict[str, str]:
+    """The loads as a further file of a results folder."""
+    return {"loads.csv": loads_csv(result)}
+
+
 def loads_csv(result: Result) -> str:
     """The loads of a result as CSV."""
     columns = {

@@ -23,7 +23,7 @@ from studies.common.exit_codes import StudyError
 from studies.common.folder import PROGRAM, plain, version
 from studies.sweep.cases.samples import Point, design
 from studies.sweep.config import SweepStudy
-from studies.sweep.subjects import SUBJECTS, put_value
+from studies.sweep.subjects import put_value, resolved, subject
 
 SCHEMA = 1  # of a case's file; raised when a field changes its meaning or disappears
 STUDIES = ("arm", "common", "drive", "flex", "margin", "truss")  # packages that answer cases
@@ -155,11 +155,12 @@ def _resolved(study: SweepStudy, point: Point) -> dict[str, Any]:
     StudyError
         If it is none.
     """
-    subject, raw = SUBJECTS[study.subject], dict(study.base)
+    swept, how = subject(study.subject)
+    raw = dict(study.base)
     if study.coarse:
-        for place, value in subject.coarse.items():
-            raw = put_value(raw, place, value, ".".join(place))
+        for name, value in how.coarse.items():
+            raw = put_value(raw, tuple(name.split(".")), value, name)
     for axis, value in zip(study.parameters, point, strict=True):
         if value is not None:
             raw = put_value(raw, axis.place(), value, f"parameters.{axis.key}")
-    return subject.resolved(raw)
+    return resolved(swept, raw)

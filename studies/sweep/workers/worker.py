@@ -21,7 +21,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import plain
 from studies.common.processes.child import ends_with_parent
 from studies.common.result import Result, Series, Verdict
-from studies.sweep.subjects import SUBJECTS
+from studies.sweep.subjects import solved, subject
 
 # what a case that ended with one of these codes is called in the table
 STATUS = {
@@ -49,7 +49,7 @@ def outcome(task: Mapping[str, Any]) -> dict[str, Any]:
     motion = None
     try:
         neighbour = None if task["motion"] is None else _unpacked(task["motion"])
-        result = SUBJECTS[task["subject"]].run(task["configuration"], neighbour)
+        result = solved(subject(task["subject"])[0], task["configuration"], neighbour)
         record = _told(result)
         motion = _packed(result) if task["keep_motion"] and result.passed else None
     except StudyError as error:

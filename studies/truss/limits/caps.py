@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from studies.common.configuration import (
+    Flag,
     as_number,
     check,
+    describes,
     key,
     not_negative,
     optional_key,
@@ -21,7 +23,6 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError, quoted
 from studies.drive.schema import Drive
-from studies.margin.available import stall_force
 from studies.margin.presets import PRESETS
 from studies.margin.schema import MarginRequirements
 from studies.truss.quantities import QUANTITIES
@@ -32,6 +33,7 @@ JERK_LAWS = ("bezier", "step5")
 MULTIPLE_OF_DURATION = re.compile(r"\s*([-+.\deE]+)\s*/\s*T\^3\s*")
 
 
+@describes({"type": ["number", "string"]})
 def jerk_cap(name: str, value: Any) -> float | str:
     """A number, or a text that the study turns into one, since it depends on the duration."""
     if not isinstance(value, str):
@@ -47,6 +49,7 @@ def jerk_cap(name: str, value: Any) -> float | str:
     return value
 
 
+@describes({"anyOf": [{"type": "number", "minimum": 0}, {"const": "none"}]})
 def _tension(name: str, value: Any) -> float:
     """A number; "none" takes the limit away, down to the zero at which a rope goes slack."""
     return 0.0 if value == "none" else not_negative(name, value)
@@ -110,7 +113,11 @@ class Caps:
     )
     reaction: float | None = optional_key(positive, "N", "most reaction on the supporting arm")
     least_tension: float = key(
-        _tension, "N", "least tension of every rope segment; a rope only pulls", default=0.0
+        _tension,
+        "N",
+        "least tension of every rope segment; a rope only pulls",
+        default=0.0,
+        flags=(Flag("--least-tension"),),
     )
     far_end_tension: float | None = optional_key(
         positive, "N", "most tension of the rope's last segment, at its fixed end"
@@ -119,13 +126,17 @@ class Caps:
         positive, "N", "most push or pull in a link or cross-bar"
     )
     buckling_load: float | None = optional_key(
-        positive, "", "most push in a bar as part of its buckling load; needs truss.elastic_modulus"
+        positive,
+        "",
+        "most push in a bar as part of its buckling load; needs truss.elastic_modulus",
+        (Flag("--buckling-cap"),),
     )
     link_reversal: float | None = optional_key(
         positive,
         "N",
         "most of the smaller of the largest push and the largest pull of a link, whose play it "
         "crosses in between; the result is held against it, but no motion is sought for it",
+        (Flag("--reversal-cap"),),
     )
     factored_force: float | None = optional_key(
         positive, "N", "most force that the motor must be able to pull for the margins; needs them"
@@ -205,6 +216,8 @@ def with_margins_kept(caps: Caps, drive: Drive | None, margin: MarginRequirement
     """The caps with the stall force of the motor, if its margins have to be kept."""
     if margin is None or not margin.keep:
         return caps
+    from studies.margin.available import stall_force
+
     stated = (caps.stall_force, stall_force(margin, drive))
     return dataclasses.replace(caps, stall_force=min(f for f in stated if f is not None))
 
@@ -239,7 +252,7 @@ def check_stated(
                     f"{words} needs the margins; state [margin] in the study, or --margin "
                     f"{next(iter(PRESETS))}"
                 )
-            if needed == "available" and stall_force(margin, drive) is None:
+            if needed == "available" and not _has_a_motor(margin, drive):
                 raise StudyError(
                     f"{words} needs what the motor has; state margin.available, or force, "
                     "motor_torque or torque_speed of the drive"
@@ -249,6 +262,13 @@ def check_stated(
                 f"{words} needs the drive; add {needed} to [drive] of the study, or to the file "
                 "of --drive"
             )
+
+
+def _has_a_motor(margin: MarginRequirements, drive: Drive | None) -> bool:
+    """Whether it is stated what the motor can pull."""
+    from studies.margin.available import stall_force  # CasADi loads with it
+
+    return stall_force(margin, drive) is not None
 
 
 def cap_on(caps: Caps, drive: Drive | None, quantity: str) -> float | None:

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.shows.fuzz import commands, folders
 from benchmarks.shows.fuzz.grammar import KINDS
 from benchmarks.shows.fuzz.said import faults_of
-from studies.cli import COMMANDS
+from studies.registry import COMMANDS
 
 
 def test_lines_are_drawn_over_all_commands_and_again_for_a_seed() -> None:

@@ -10,7 +10,8 @@ from benchmarks.shows.truss_random import ASKED, answer, question, read_output, 
 from models.truss import TrussParameters
 from studies.cli import parse
 from studies.common.console import Console
-from studies.truss.command import read_study
+from studies.common.study_command import read_study
+from studies.truss.command import STUDY
 
 QUESTIONS = [question(3, index) for index in range(140)]
 
@@ -33,7 +34,7 @@ def test_questions_are_what_they_promise() -> None:
 @pytest.mark.filterwarnings("ignore:.*spring:UserWarning")
 def test_every_command_is_understood_and_states_what_was_drawn() -> None:
     for drawn in QUESTIONS[:35]:
-        study = read_study(parse(drawn["command"])[0], Console())
+        study = read_study(STUDY, parse(drawn["command"])[0], Console())
         assert study.objectives == (drawn["objective"],)
         assert study.duration[1] == drawn["duration"]
         assert study.truss.modules == drawn["modules"]

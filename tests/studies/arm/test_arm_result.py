@@ -7,7 +7,9 @@ import pytest
 
 from models.ancf.integrate import StepControl
 from models.ancf.joints import Torque
+from studies import registry
 from studies.arm import ArmDescription, ArmStudy, SequenceStudy, draw, run, study_from
+from studies.arm.command import ARM
 from studies.arm.config import (
     BaselinesStudy,
     LeastDurationStudy,
@@ -22,10 +24,10 @@ from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.report.traces import Trace, read_snapshots, snapshot_series, snapshots_of
 from studies.arm.stage import big_arm
 from studies.arm.trade_off import TradeOffStudy
-from studies.cli import COMMANDS, build_parser
+from studies.cli import build_parser
 from studies.common.comparison_table import costs_elsewhere
-from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.keys import key_lines
 from studies.common.result import Result, Series
 from studies.common.scene.chain_shapes import read_shapes, shape_series
 from studies.common.writers import outcome_text
@@ -64,11 +66,11 @@ def test_a_study_is_made_again_from_what_its_result_keeps(study):
 
 
 def test_every_key_of_every_study_has_a_flag_of_its_own():
-    commands = [name for name, entry in COMMANDS.items() if entry.module == "studies.arm.command"]
-    assert len(commands) == len(STUDIES)
-    for name, study in zip(commands, (STUDIES[k] for k in (0, 1, 2, 5, 3, 4)), strict=True):
-        given = {action.dest for action in build_parser(name)._actions}
-        assert {line.key for line in key_lines(type(study))} <= given
+    asked = [study for study in registry.studies() if study.mechanism is ARM]
+    assert {study.tables()[""] for study in asked} == {type(study) for study in STUDIES}
+    for study in asked:
+        given = {action.dest for action in build_parser(study.name)._actions}
+        assert {line.key for line in key_lines(study.tables()[""])} <= given
 
 
 def test_a_table_of_the_least_time_begins_with_it():

@@ -134,10 +134,10 @@ def test_a_wrong_case_is_answered_in_a_sentence(changes, words):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ((), "no case is given; name one CASE.toml, or --preset"),
+        ((), "no study is given; name one STUDY.toml, or --preset"),
         (("--preset", "big_arm"), "there is no preset 'big_arm'; did you mean big-arm?"),
         (("missing.toml",), "missing.toml cannot be read"),
-        (("a.toml", "--preset", "big-arm"), "both a case and a preset are given"),
+        (("a.toml", "--preset", "big-arm"), "both a.toml and --preset big-arm are given"),
         (("--preset", "single-pendulum", "--duration", "0"), "duration is 0"),
         (("--preset", "single-pendulum", "--form", "dae"), "form is 'dae'"),
     ],

@@ -15,13 +15,14 @@ from models.arm.parameters import ArmParameters
 from models.truss import DYNAMIC_SET
 from ocp import Interrupted
 from studies.cli import main
+from studies.common.configuration import toml_text
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.common.writers import outcome_text
 from studies.mission import MissionStudy, stages, study_from
 from studies.mission import study as work
-from studies.mission.config import as_dictionary, as_toml
+from studies.mission.config import as_dictionary
 from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
 from studies.mission.stages import (
     ALLOWED,
@@ -258,7 +259,7 @@ def test_the_resolved_study_states_itself_again() -> None:
     # the least time has no total, and the file that states it again has none
     least = study_from({"least": "time"})
     assert least.total is None
-    assert study_from(tomllib.loads(as_toml(least))) == least
+    assert study_from(tomllib.loads(toml_text(as_dictionary(least)))) == least
     assert study_from({}).total == 36.0
     assert main(["mission", "--least", "time", "--total", "5"]) == ExitCode.BAD_INPUT
 
