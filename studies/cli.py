@@ -264,9 +264,3 @@ def _report_defect(error: Exception, console: Console) -> int:
         f"please send its authors the report {report.name}"
     )
     return int(ExitCode.INTERNAL)
-
-
-if __name__ == "__main__":
-    import antenna_ocp  # looks whether a folder of the user's hides one of the packages
-
-    sys.exit(antenna_ocp.main())

@@ -52,7 +52,7 @@ def test_a_module_that_hides_ours_is_told_too(tmp_path):
 def test_a_folder_that_hides_ours_is_told_where_the_command_runs_as_a_module(tmp_path):
     # python -m puts the working directory first on the path
     packages_of_ones_own(tmp_path, "models")
-    done = run("-m", "studies.cli", "paper", folder=tmp_path, path=[ROOT])
+    done = run("-m", "antenna_ocp", "paper", folder=tmp_path, path=[ROOT])
     assert (done.returncode, done.stdout) == (2, "")
     assert "hides the package 'models'" in done.stderr
 

@@ -214,7 +214,7 @@ def _run(command: Sequence[str], results: Path, printed: Path) -> tuple[int, str
 def run_command(command: Sequence[str], printed: Path) -> tuple[int, str]:
     """Run the command in a process of its own; its exit code and all that it printed."""
     ended = subprocess.run(
-        [sys.executable, "-m", "studies.cli", *command],
+        [sys.executable, "-m", "antenna_ocp", *command],
         cwd=ROOT,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,

@@ -16,8 +16,8 @@ from sphinx.application import Sphinx
 from sphinx.util.logging import getLogger
 
 from extensions.gallery import fingerprint, write_if_new
-from studies.report.command import PAGE
 from studies.report.gallery import ENTRIES, PICTURE, GalleryEntry
+from studies.report.page_file import PAGE
 
 log = getLogger(__name__)
 FOLDER = Path("generated", "reports")  # of the page, in the source and in the site

@@ -18,7 +18,7 @@ ARM = Mechanism(
         "the study says so.",
     ),
     parameters="studies.arm.report.parameters:parameters_of",
-    page="studies.report.subjects.arm",
+    page="studies.common.scene.links",
 )
 
 SOLVE = Study(

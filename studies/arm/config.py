@@ -387,10 +387,6 @@ def question_from(kind: type[_Study], raw: Mapping[str, Any]) -> _Study:
     StudyError
         Naming the key, its value and the remedy.
     """
-    arm_keys = [field.name for field in dataclasses.fields(ArmDescription)]
-    for name in raw:
-        if name in arm_keys:
-            raise StudyError(f"{name} is a key of the arm; write it below a line [arm]")
     return from_mapping(kind, raw)
 
 

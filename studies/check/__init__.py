@@ -1,6 +1,9 @@
 """Anyone's profile: read, its noise smoothed, and held against caps, models and optima."""
 
+from dataclasses import replace
+
 from studies.common.study import Study
+from studies.truss.command import RING
 
 STUDY = Study(
     name="check",
@@ -15,6 +18,6 @@ STUDY = Study(
     also={"check-arm": "studies.arm.command:ARM"},
     figures="studies.check.figures:draw",
     answers="profile",
-    mechanism="studies.truss.command:RING",
+    mechanism=replace(RING, page="studies.check.page"),
     command="studies.check.command",
 )

@@ -36,7 +36,7 @@ from studies.arm.report.traces import Trace
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.check.judgement import PROFILE, judged
 from studies.check.reading.profile import MeasuredProfile
-from studies.check.reading.raw_table import refusal, refuse
+from studies.check.reading.table import refusal, refuse
 from studies.check.smoothing.recovery import Recovered, how_smoothed, recover
 from studies.common.comparison_table import TableRow
 from studies.common.configuration import as_number, choice, nearest

@@ -107,7 +107,7 @@ def _draw(result: Any) -> Any:
 
 def _check_length(measured: MeasuredProfile) -> None:
     """Refuse a length that no deployment has: most likely the unit of the times is wrong."""
-    from studies.check.reading.raw_table import refuse
+    from studies.check.reading.table import refuse
     from studies.truss.limits.tolerances import check_plausible
 
     try:

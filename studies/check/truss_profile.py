@@ -16,7 +16,7 @@ from models.truss.kinematics import rope_speed
 from ocp.arrays import Array
 from studies.check.own_rows import stated_law
 from studies.check.reading.profile import SAME, MeasuredProfile
-from studies.check.reading.raw_table import refuse
+from studies.check.reading.table import refuse
 from studies.check.smoothing.noise import NoiseEstimate, steepest_slopes
 from studies.check.smoothing.recovery import Recovered, recover
 from studies.truss.config import DEPLOYED

@@ -150,8 +150,37 @@ def from_mapping(
         If a key is unknown or a value is wrong.
     """
     fields = dataclasses.fields(kind)  # type: ignore[arg-type]
-    check_keys(raw, [field.name for field in fields], where)
+    known = [field.name for field in fields]
+    for field in fields:
+        _refuse_keys_of_a_section(raw, known, field, where)
+    check_keys(raw, known, where)
+    for field in fields:
+        without = field.default is field.default_factory is dataclasses.MISSING
+        if without and field.name not in raw:
+            unit = field.metadata["key"].unit
+            raise StudyError(
+                f"{where}{field.name} is not stated; give it{f' in {unit}' if unit else ''}"
+            )
     return kind(**raw)
+
+
+def _refuse_keys_of_a_section(
+    raw: Mapping[str, Any], known: Sequence[str], field: dataclasses.Field[Any], where: str
+) -> None:
+    """StudyError at the first key that stands above the table that it belongs into."""
+    about = field.metadata.get("key")
+    read = None if about is None else about.read
+    if not isinstance(read, Described) or read.table is None or set(raw) <= set(known):
+        return
+    if read.schema.get("type") == "array":  # of tables: which of them is meant?
+        return
+    inside = [one.name for one in dataclasses.fields(read.table())]
+    for name in raw:
+        if name in inside and name not in known:
+            raise StudyError(
+                f"{where}{name} is a key of {field.name}; write it below a line "
+                f"[{where}{field.name}]"
+            )
 
 
 def check_keys(raw: Mapping[str, Any], known: Iterable[str], where: str = "") -> None:

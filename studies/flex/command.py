@@ -35,7 +35,7 @@ STUDY = Study(
             "friction.",
         ),
         parameters="studies.flex.parameters:parameters_of",
-        page="studies.report.subjects.arm",
+        page="studies.flex.page",
     ),
     sweep=Swept(coarse={"elements": 2}, seconds=(10.0, 3.0)),
 )

@@ -16,8 +16,8 @@ import numpy as np
 
 from models.ancf.joints import Driven, Free, Joint, Locked, Torque
 from models.laws import Law, Step5
+from models.laws.unit_turns import bezier, linear_torque, quintic
 from ocp.arrays import Array
-from studies.arm.laws.unit_laws import bezier, linear_torque, quintic
 from studies.common.exit_codes import StudyError
 from studies.flex.config import FlexStudy, JointCase
 from studies.flex.expressions import read_law

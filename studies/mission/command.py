@@ -16,5 +16,5 @@ STUDY = Study(
     folder="mission-{0.least}",
     figures="studies.mission.figures:draw",
     answers="parts",
-    mechanism=Mechanism(title="Mission", page="studies.report.subjects.arm"),
+    mechanism=Mechanism(title="Mission", page="studies.common.scene.links"),
 )

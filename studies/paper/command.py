@@ -18,6 +18,6 @@ STUDY = Study(
     mechanism=Mechanism(
         title="The paper beside our models",
         model=("All models of the project, each where the paper prints a number of it.",),
-        page="studies.report.subjects.arm",
+        page="studies.common.scene.links",
     ),
 )

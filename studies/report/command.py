@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.report.page_file import PAGE, taken, unwritable, write_page
 
 if TYPE_CHECKING:
     from studies.common.result import Result
 
-PAGE = "report.html"
 FIGURE_KINDS = ("pdf", "svg", "png")
 FILM_KINDS = ("gif", "mp4")
 
@@ -117,7 +117,7 @@ def _report(options: argparse.Namespace, console: Console) -> ExitCode:
 
 
 def _check_films(options: argparse.Namespace) -> None:
-    from studies.report.pictures import check_film
+    from studies.common.scene.pictures import check_film
 
     for kind in options.animation:
         check_film(kind)
@@ -160,21 +160,6 @@ def input_text(folder: Path) -> str:
         raise StudyError(f"{path} cannot be read ({error}); put it right or away") from error
 
 
-def write_page(text: str, path: Path, overwrite: bool) -> Path:
-    """Write a page; one that is there is replaced if it is one of ours, or if that is asked for."""
-    from studies.report.page import MARK
-
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        ours = path.exists() and MARK in path.read_text("utf-8", errors="replace")[:2000]
-        if path.exists() and not (ours or overwrite):
-            raise _taken(path)
-        path.write_text(text, "utf-8")
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    return path
-
-
 def draw_figures(
     result: Result, folder: Path, kinds: Sequence[str], overwrite: bool, console: Console
 ) -> None:
@@ -191,41 +176,27 @@ def draw_figures(
     draw = placed(study.figures)
     there = [path for kind in kinds for path in folder.glob(f"*.{kind}")]
     if there and not overwrite:
-        raise _taken(there[0])
+        raise taken(there[0])
     try:
         folder.mkdir(parents=True, exist_ok=True)
         save(draw(result), ResultsFolder(folder), console, kinds)
     except OSError as error:
-        raise _unwritable(folder, error) from error
+        raise unwritable(folder, error) from error
     console.say(f"the figures are in {folder}")
 
 
 def _film(result: Result, path: Path, overwrite: bool, console: Console) -> None:
+    from studies.common.scene.pictures import save_film
     from studies.report.page import shown
-    from studies.report.pictures import save_film
 
     picture = shown(result).picture
     if picture is None:
         raise StudyError("the result holds nothing that moves; run its study again for a film")
     if path.exists() and not overwrite:
-        raise _taken(path)
+        raise taken(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         save_film(picture, path, console)
     except OSError as error:
-        raise _unwritable(path, error) from error
+        raise unwritable(path, error) from error
     console.say(f"the film is {path}")
-
-
-def _taken(path: Path) -> StudyError:
-    return StudyError(
-        f"{path} exists already; name a folder with --to or replace it with --overwrite",
-        ExitCode.NO_RESULTS_FOLDER,
-    )
-
-
-def _unwritable(path: Path, error: OSError) -> StudyError:
-    return StudyError(
-        f"{path} cannot be written ({error.strerror}); name a folder with --to",
-        ExitCode.NO_RESULTS_FOLDER,
-    )

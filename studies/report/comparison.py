@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 
+from studies.common.charts import TIME, Chart, ChartAxis, Curve
 from studies.common.console import number
 from studies.common.result import Result
 from studies.report import sections, words
-from studies.report.charts import TIME, Chart, ChartAxis, Curve
 from studies.report.html import Element, element, table
 from studies.report.page import Shown, document, payload, shown
 

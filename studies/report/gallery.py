@@ -12,11 +12,11 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode
 from studies.common.folder import ResultsFolder, open_results
 from studies.common.result import Result
+from studies.common.scene.pictures import save_strip
 from studies.common.writers import write
-from studies.report.command import PAGE, write_page
 from studies.report.html import Element, element
 from studies.report.page import SHARES, Shown, document, page, shown
-from studies.report.pictures import save_strip
+from studies.report.page_file import PAGE, write_page
 from studies.report.still import chart_picture, snapshots
 
 PICTURE = "motion.png"  # beside each report, for pages that link to it

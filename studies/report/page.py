@@ -15,13 +15,13 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies import registry
+from studies.common.charts import Chart, charts_of_arrays
 from studies.common.drawing import LAWS
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
 from studies.common.scene.moving_picture import MovingPicture
 from studies.common.study import Study, placed
 from studies.report import assets, sections
-from studies.report.charts import Chart, charts_of_arrays
 from studies.report.html import Element, element, typeset, written
 from studies.report.still import snapshots, tension_picture
 

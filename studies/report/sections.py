@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from studies import registry
+from studies.common.charts import Chart
 from studies.common.columns import flat
 from studies.common.comparison_table import TableRow
 from studies.common.console import number
 from studies.common.result import Result
 from studies.common.study import placed
 from studies.report import words
-from studies.report.charts import Chart
 from studies.report.html import Content, Element, element, identifier, table
 from studies.report.still import chart_picture
 

@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from ocp.arrays import Array
+from studies.common.charts import Chart, value_range, written_unit
 from studies.common.console import number
 from studies.common.drawing import COLOURS, STYLES, label_axes
 from studies.common.scene.moving_picture import LawOfMotion, MovingPicture
 from studies.common.scene.projection import View, outline, project
-from studies.report.charts import Chart, value_range, written_unit
 from studies.report.html import Element, element, from_svg
 
 SIZE = (6.2, 2.7)  # inches, of a chart

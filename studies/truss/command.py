@@ -26,7 +26,7 @@ RING = Mechanism(
         "The motor is placed on the fixed bar: the paper does not say where it is.",
     ),
     parameters="studies.truss.parameters:parameters_of",
-    page="studies.report.subjects.truss",
+    page="studies.truss.scene",
     motion="studies.export.source:of_a_truss",
 )
 

@@ -23,14 +23,14 @@ from ocp.arrays import Array
 from studies.common.drawing import SHADES, label_axes, legend_below, look, show_lowest
 from studies.common.result import Result
 from studies.common.scene.moving_picture import MovingPicture
+from studies.common.scene.pictures import PARTS, draw_instant, tension_scale
 from studies.common.scene.projection import View, outline
 from studies.margin.figures import margin_figure
-from studies.report.pictures import PARTS, draw_instant, tension_scale
-from studies.report.subjects.truss import moving_antenna
 from studies.truss.bars import forces_of
 from studies.truss.motions.deployment import Deployment, travel_of
 from studies.truss.motions.laws import deployments_of
 from studies.truss.rope_figure import rope_mode_figure
+from studies.truss.scene import moving_antenna
 
 POINTS = 1201
 MU_SWEEP = (0.0, 0.25, 0.5, 1.0)  # of the truss's own pulley friction

@@ -10,15 +10,8 @@ from typing import Literal
 
 import numpy as np
 
-from models.laws import (
-    Bezier,
-    Law,
-    Piecewise,
-    Step5,
-    constant_acceleration,
-    constant_jerk,
-    paper_points,
-)
+from models.laws import Law, Piecewise, Step5, constant_acceleration
+from models.laws.unit_turns import bezier, linear_torque, quintic
 from studies.common.exit_codes import StudyError
 
 ShaperKind = Literal["ZV", "ZVD"]
@@ -56,22 +49,6 @@ def shaped_bang_bang(duration: float, frequency: float, kind: ShaperKind) -> Pie
     edges = sorted(jumps)
     levels = np.cumsum([jumps[t] for t in edges])[:-1]
     return constant_acceleration((*edges[:-1], duration), levels.tolist())
-
-
-def linear_torque(duration: float) -> Piecewise:
-    """The paper's law: acceleration linear in time from 6/T^2 to -6/T^2."""
-    edges, jerks = (0.0, duration), (-12.0 / duration**3,)
-    return constant_jerk(edges, jerks, 0.0, start_acceleration=6.0 / duration**2)
-
-
-def quintic(duration: float) -> Bezier:
-    """Quintic step of the angle: the Bezier law of degree 5 with triple end points."""
-    return Bezier(duration, (0.0, 0.0, 0.0, 1.0, 1.0, 1.0))
-
-
-def bezier(duration: float) -> Bezier:
-    """The paper's law for a unit turn."""
-    return Bezier(duration, paper_points(0.0, 1.0))
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,10 @@ import numpy as np
 from models.arm.reduced import ReducedArm, solve_small
 from models.arm.reduced_simulation import reduced_modes
 from models.laws import JerkLimited, Law
+from models.laws.unit_turns import quintic
 from ocp import Between, Bound, Constant, Control, Phase, State
 from ocp.arrays import Array
 from studies.arm.laws.rigid import feed_forward, joint_motion
-from studies.arm.laws.unit_laws import quintic
 from studies.arm.stage import ELBOW, JOINT_NAMES, ROOT, Stage, TorqueCaps
 
 MARGIN = 3e-4  # of a cap, left for what happens between the points of the mesh

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from models.laws.unit_turns import quintic
 from ocp import (
     Between,
     Control,
@@ -21,7 +22,6 @@ from ocp import (
     solve,
 )
 from studies.arm.laws.rigid import feed_forward, joint_motion, rigid_accelerations
-from studies.arm.laws.unit_laws import quintic
 from studies.arm.optimal.phase import sampled_guess
 from studies.arm.search_limits import RIGID_INTERVALS, RIGID_LONGEST
 from studies.arm.stage import ELBOW, JOINT_NAMES, Stage, TorqueCaps

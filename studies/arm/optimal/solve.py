@@ -8,9 +8,9 @@ from contextlib import suppress
 import numpy as np
 
 from models.arm.reduced_simulation import reduced_modes
+from models.laws.unit_turns import quintic
 from ocp import Interrupted, NumericalTrouble, OcpError, Solution, Trajectory, solve
 from ocp.arrays import Array
-from studies.arm.laws.unit_laws import quintic
 from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import OBJECTIVES, StatedStage, first_duration, problem

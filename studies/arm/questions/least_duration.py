@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.errors import ModelError
+from models.laws.unit_turns import bezier
 from ocp.arrays import Array
 from studies.arm.config import LeastDurationStudy, as_dictionary
 from studies.arm.laws.rigid import feed_forward
@@ -26,7 +27,7 @@ from studies.arm.laws.shapers import (
     locked_frequency,
     needs_search,
 )
-from studies.arm.laws.unit_laws import NamedLaw, bezier
+from studies.arm.laws.unit_laws import NamedLaw
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import Drive, LockedMotion

@@ -19,8 +19,8 @@ from models.ancf.joints import Free, Torque
 from models.ancf.state import posed
 from models.arm.reduced_simulation import reduced_modes, simulate_reduced
 from models.laws import Law
+from models.laws.unit_turns import linear_torque
 from studies.arm.laws.rigid import feed_forward
-from studies.arm.laws.unit_laws import linear_torque
 from studies.arm.replay.full_model import ELEMENTS, Motion, replay
 from studies.arm.replay.reduced_model import reduced_residual
 from studies.arm.stage import ELBOW, ROOT, Stage

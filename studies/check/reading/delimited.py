@@ -18,7 +18,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.layout import Layout, clock, layout_of
-from studies.check.reading.raw_table import RawTable, refuse
+from studies.check.reading.table import RawTable, refuse
 from studies.common.exit_codes import quoted
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}

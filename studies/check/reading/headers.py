@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from studies.check.reading.raw_table import RawTable, listed, refuse
+from studies.check.reading.table import RawTable, listed, refuse
 from studies.common.configuration import nearest
 
 # a unit in SI, by the way it is written; each group is a quantity's dimension

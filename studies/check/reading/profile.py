@@ -23,8 +23,9 @@ from studies.check.reading.headers import (
     Column,
     understood,
 )
-from studies.check.reading.raw_table import RawTable, read_table, refuse
+from studies.check.reading.raw_table import read_table
 from studies.check.reading.suggestion import columns_named
+from studies.check.reading.table import RawTable, refuse
 from studies.common.exit_codes import StudyError, quoted
 
 LEAST_ROWS = 20  # so that the motion between the rows is known

@@ -1,25 +1,23 @@
-"""What a file of a profile holds: the texts of its headers, and numbers below them.
-
-Nothing is known here of angles or ropes. Whatever cannot be read is answered with what to do.
-"""
+"""Reads the file of a profile, by what it holds: text, JSON, MATLAB or Excel."""
 
 from __future__ import annotations
 
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ocp.arrays import Array
+from studies.check.reading.delimited import read_delimited
+from studies.check.reading.layout import clock, layout_of
+from studies.check.reading.table import RawTable, refusal, refuse
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.foreign_text import parsed_json
 
-LISTED = 8  # headers that a sentence lists
 MOST_UNPACKED = 400_000_000  # bytes of what a file packs: ten million rows of five columns
 PIECE = 1_000_000  # bytes that are unpacked at a time
 MOST_COLUMNS = 64  # of a matrix
@@ -40,46 +38,6 @@ _MATLAB = b"MATLAB 5.0 MAT-file"
 _MATLAB_7_3 = b"MATLAB 7.3 MAT-file"
 _PACKED = 15  # type of a packed element in a .mat file
 _ZIP = b"PK\x03\x04"
-
-
-@dataclass(frozen=True, eq=False)
-class RawTable:
-    """Columns as they stand in a file.
-
-    Attributes
-    ----------
-    path : of the file.
-    headers : the text above each column, in order; its unit with it where the file states one.
-    column : the numbers (m,) of the columns at the given places; nan where a cell is empty.
-    dialect : what was recognised, in words.
-    line_of : the line, row or place of a number in its column, as a reader of the file counts.
-    columns : places of the columns that hold numbers; None if all may.
-    period : time from row to row that the file states above its table, with a unit; empty for none.
-    """
-
-    path: Path
-    headers: tuple[str, ...]
-    column: Callable[[tuple[int, ...]], list[Array]]
-    dialect: str
-    line_of: Callable[[int], str] = field(default=lambda row: f"row {row + 1}")
-    columns: tuple[int, ...] | None = None
-    period: str = ""
-
-
-def refusal(path: Path, reason: str) -> StudyError:
-    """The error that names the file."""
-    return StudyError(f"the profile {path} {reason}")
-
-
-def refuse(path: Path, reason: str) -> NoReturn:
-    """Raise StudyError that names the file."""
-    raise refusal(path, reason)
-
-
-def listed(headers: tuple[str, ...]) -> str:
-    """The headers of a table for a sentence."""
-    shown = ", ".join(f"'{header}'" for header in headers[:LISTED])
-    return shown + (f" and {len(headers) - LISTED} more" if len(headers) > LISTED else "")
 
 
 def read_table(path: Path) -> RawTable:
@@ -111,9 +69,6 @@ def read_table(path: Path) -> RawTable:
         return _from_excel(path)
     if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"{", b"[")):
         return _from_json(path)
-
-    from studies.check.reading.delimited import read_delimited
-
     return read_delimited(path)
 
 
@@ -134,8 +89,6 @@ def stored(path: Path, columns: Mapping[str, Array], dialect: str) -> RawTable:
 
 def _numbers(path: Path, name: str, values: Any) -> Array:
     """A list of JSON or Excel as numbers; nothing and texts without number are told."""
-    from studies.check.reading.layout import clock
-
     numbers = np.empty(len(values))
     for row, value in enumerate(values):
         if value is None or value == "":
@@ -298,13 +251,11 @@ def _from_excel(path: Path) -> RawTable:
         table = _table_of(path, rows, f"Excel, sheet '{title}'")
         if table is not None:
             return table
-    refuse(path, "is an Excel file without columns of numbers; save the table as CSV")
+    raise refusal(path, "is an Excel file without columns of numbers; save the table as CSV")
 
 
 def _table_of(path: Path, rows: list[tuple[Any, ...]], dialect: str) -> RawTable | None:
     """The table of a sheet, whose numbers may be texts."""
-    from studies.check.reading.layout import layout_of
-
     cells = [["" if cell is None else str(cell).strip() for cell in row] for row in rows]
     tried = {decimal: layout_of(cells[:SHEET_HEAD], decimal) for decimal in ".,"}
     decimal = max(tried, key=lambda sign: 0 if (one := tried[sign]) is None else one.fitting)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.profile import LEAST_ROWS, MeasuredProfile
-from studies.check.reading.raw_table import refuse
+from studies.check.reading.table import refuse
 from studies.check.smoothing.noise import ROUNDING, estimate_noise
 
 OUT_OF_NOISE = 6.0  # standard deviations by which a row has left the level at rest

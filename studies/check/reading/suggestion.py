@@ -14,7 +14,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.headers import DIMENSIONS, UNITS, Column, unit_of
-from studies.check.reading.raw_table import RawTable, listed
+from studies.check.reading.table import RawTable, listed
 from studies.common.exit_codes import StudyError
 
 PERIOD = "0.01 s"  # from row to row, if nothing states another one

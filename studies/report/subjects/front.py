@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ocp.arrays import Array
+from studies.common.charts import Chart, ChartAxis, Curve
 from studies.common.console import number
 from studies.common.result import Result
 from studies.pareto.columns import FrontAxis
-from studies.report.charts import Chart, ChartAxis, Curve
 
 FRONT = "front"
 

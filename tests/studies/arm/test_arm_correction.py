@@ -7,8 +7,8 @@ import pytest
 from scipy.interpolate import PPoly
 
 from models.ancf.joints import Torque
+from models.laws.unit_turns import quintic
 from studies.arm.laws.rigid import feed_forward
-from studies.arm.laws.unit_laws import quintic
 from studies.arm.optimal.correction import added_to, correction, with_added
 from studies.arm.replay.full_model import QUICK, Motion, replay
 from studies.arm.stage import ELBOW, ROOT, big_arm, small_arm

@@ -15,9 +15,10 @@ from models.ancf.joints import Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
 from models.errors import ModelError
+from models.laws.unit_turns import quintic
 from studies.arm.config import BaselinesStudy
 from studies.arm.laws.rigid import feed_forward, inertias, joint_motion, rigid_accelerations
-from studies.arm.laws.unit_laws import baselines, quintic
+from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.phase import arm_phase
 from studies.arm.optimal.refinement import FLOOR, Refined
 from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration

@@ -7,8 +7,8 @@ import pytest
 
 from models.ancf.integrate import StepControl
 from models.ancf.joints import Driven, Torque
+from models.laws.unit_turns import quintic
 from studies.arm.laws.rigid import angle_drives, torque_drives
-from studies.arm.laws.unit_laws import quintic
 from studies.arm.replay.full_model import SMOOTH, Motion, replay
 from studies.arm.replay.sampled import STEPS, interpolated, sample_times, sampled, sampled_to
 from studies.arm.stage import big_arm

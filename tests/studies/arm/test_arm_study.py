@@ -180,7 +180,7 @@ def test_every_question_refuses_a_link_that_bends_too_far(question, capsys, tmp_
 
 
 def test_a_key_of_the_arm_has_its_place():
-    with pytest.raises(StudyError, match=r"tip_mass is a key of the arm; write it below a line"):
+    with pytest.raises(StudyError, match=r"tip_mass is a key of arm; write it below a line"):
         study_from({"tip_mass": 10})
 
 

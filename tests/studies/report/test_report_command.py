@@ -10,7 +10,8 @@ from PIL import Image
 
 from studies.cli import main
 from studies.common.result import Result
-from studies.report import assets, pictures
+from studies.common.scene import pictures
+from studies.report import assets
 from studies.truss import figures
 from studies.truss.motions.laws import deployments_of
 

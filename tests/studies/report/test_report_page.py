@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from models.truss import ring_positions, rope_length
+from studies.common.charts import charts_of_arrays, value_range
 from studies.common.comparison_table import TableRow
 from studies.common.console import number
 from studies.common.exit_codes import StudyError
@@ -19,7 +20,6 @@ from studies.common.result import Criterion, Result, Series, Verdict
 from studies.common.scene.chain_shapes import read_shapes
 from studies.common.scene.moving_picture import hermite
 from studies.report import assets, words
-from studies.report.charts import charts_of_arrays, value_range
 from studies.report.comparison import beside
 from studies.report.html import element, typeset
 from studies.report.page import page, shown

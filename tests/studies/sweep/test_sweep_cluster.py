@@ -148,7 +148,7 @@ def test_a_worker_that_is_lost_and_one_that_comes_change_no_number(
 ) -> None:
     (address, workers), study = cluster, stated(tmp_path)
     out, whole = tmp_path / "dask", tmp_path / "whole"
-    command = [sys.executable, "-m", "studies.cli", "sweep", str(study), "--no-figures"]
+    command = [sys.executable, "-m", "antenna_ocp", "sweep", str(study), "--no-figures"]
     run = subprocess.Popen(
         [*command, "--results", str(out), "--scheduler", address],
         cwd=ROOT,

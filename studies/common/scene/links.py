@@ -1,14 +1,16 @@
-"""What a report shows of the arm: curves of all laws, and the arm in motion."""
+"""What a report shows of links in a plane: curves of all series, and the links in motion."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from ocp.arrays import Array
+from studies.common.charts import Chart, Level, charts_of_arrays
 from studies.common.result import Result
 from studies.common.scene.chain_shapes import ChainShapes, read_shapes
 from studies.common.scene.moving_picture import LawOfMotion, MovingPicture, Strand
-from studies.report.charts import Chart, Level, charts_of_arrays
 
 # series as charts: title, and the quantity of the table whose cap they keep; the others follow
 _TITLES = {
@@ -34,20 +36,26 @@ _NAMES = ("big arm", "small arm")
 _LEFT_OUT = {"locked", "node"}
 
 
-def charts(result: Result) -> tuple[Chart, ...]:
-    """All series over time, those with a name of their own first."""
+def charts(result: Result, by_meaning: bool = False) -> tuple[Chart, ...]:
+    """All series over time, those with a name of their own first.
+
+    Parameters
+    ----------
+    by_meaning : bool
+        Whether the others are called by their meaning.
+    """
     found = []
     for chart in charts_of_arrays(result):
         key = chart.key.partition("-")[2]
         if key in _LEFT_OUT or key.startswith("lock_impulse"):
             continue
-        found.append(_titled(result, chart, key))
+        found.append(_titled(result, chart, key, by_meaning))
     order = {key: place for place, key in enumerate(_TITLES)}
     return tuple(sorted(found, key=lambda c: order.get(c.key.partition("-")[2], len(order))))
 
 
-def _titled(result: Result, chart: Chart, key: str) -> Chart:
-    named = chart.meaning if result.kind == "flex" and chart.meaning else chart.title
+def _titled(result: Result, chart: Chart, key: str, by_meaning: bool) -> Chart:
+    named = chart.meaning if by_meaning and chart.meaning else chart.title
     title, quantity = _TITLES.get(key, (named, ""))
     caps = {row.key: row.cap for row in result.table}
     cap = caps.get(quantity)
@@ -64,23 +72,28 @@ def _titled(result: Result, chart: Chart, key: str) -> Chart:
 
 
 def scene(result: Result) -> MovingPicture | None:
-    """The links in motion; None where the result does not hold their shapes."""
-    shapes = _poses(result) if result.kind == "flex" else read_shapes(result)
+    """The arm in motion; None where the result does not hold its shapes."""
+    shapes = read_shapes(result)
     if shapes is None:
         return None
+    return moving_links(result, shapes, "the arm in its plane", _NAMES)
 
+
+def moving_links(
+    result: Result, shapes: ChainShapes, title: str, names: Sequence[str]
+) -> MovingPicture:
+    """Links of these names in motion."""
     counts = [nodes.shape[1] for nodes in shapes.nodes]
     first = np.concatenate([[0], np.cumsum(counts)])
     strands = []
     for link, count in enumerate(counts):
         chain = first[link] + np.arange(count)
-        name = _NAMES[link] if result.kind != "flex" else f"link {link}"
-        strands.append(Strand(name, np.stack([chain[:-1], chain[1:]], axis=1)))
+        strands.append(Strand(names[link], np.stack([chain[:-1], chain[1:]], axis=1)))
 
     own = next(iter(result.laws), "motion")
     times = shapes.times
     return MovingPicture(
-        title="the links in motion" if result.kind == "flex" else "the arm in its plane",
+        title=title,
         shapes=_in_space(shapes.nodes),
         parameter=times,
         strands=tuple(strands),
@@ -89,20 +102,6 @@ def scene(result: Result) -> MovingPicture | None:
         size=_extent(shapes),
         flat=True,
     )
-
-
-def _poses(result: Result) -> ChainShapes | None:
-    """The poses of a case of `flex`; the heading of a link is that of its first element."""
-    from studies.flex.figures import links_of, poses_of
-
-    if "pose" not in result.arrays:
-        return None
-    times, x, y = poses_of(result)
-    places = np.stack([x, y], axis=2)
-    links = np.split(places, links_of(result), axis=1)
-    first = [nodes[:, 1] - nodes[:, 0] for nodes in links]
-    headings = tuple(np.unwrap(np.arctan2(step[:, 1], step[:, 0])) for step in first)
-    return ChainShapes(times, tuple(links), headings)
 
 
 def _in_space(links: tuple[Array, ...]) -> Array:

@@ -9,10 +9,9 @@ import numpy as np
 from models.truss import ring_radius, slider_distance_slope
 from models.truss.wireframe import shape_weights, wireframe, wrap_angles
 from ocp.arrays import Array
+from studies.common.charts import TIME, Chart, ChartAxis, Curve, Level, charts_of_arrays
 from studies.common.result import Result
 from studies.common.scene.moving_picture import LawOfMotion, MovingPicture, RopeTension, Strand
-from studies.report.charts import TIME, Chart, ChartAxis, Curve, Level
-from studies.truss.config import study_from
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile
 from studies.truss.motions.laws import deployments_of
 
@@ -49,28 +48,25 @@ _SIGNED = {"angular_acceleration", "angular_jerk", "rope_acceleration", "reactio
 
 def charts(result: Result) -> tuple[Chart, ...]:
     """All curves of the result and of the paper's laws."""
-    profiles = _profiles(result)
+    if "angle" not in result.arrays:
+        return charts_of_arrays(result)
+    return charts_of(result, deployments_of(result))
+
+
+def charts_of(result: Result, deployments: Sequence[Deployment]) -> tuple[Chart, ...]:
+    """All curves of a result and of the laws beside it; its own law is the first."""
+    profiles = _profiles(result, deployments)
     found = [_chart(result, name, profiles) for name in SHOWN]
-    paths = _force_against_speed(profiles), *_torque_against_speed(_deployments(result))
+    paths = _force_against_speed(profiles), *_torque_against_speed(deployments)
     return (*found[:1], *paths, *found[1:])
 
 
-def _profiles(result: Result) -> dict[str, dict[str, Array]]:
+def _profiles(result: Result, deployments: Sequence[Deployment]) -> dict[str, dict[str, Array]]:
     """Columns of each law: the result's own as they are stored."""
-    own, *others = _deployments(result)
+    own, *others = deployments
     stored = {name: result.arrays[name].values for name in COLUMNS if name in result.arrays}
     computed = {deployment.name: profile(deployment, SAMPLES) for deployment in others}
     return {own.name: stored, **computed}
-
-
-def _deployments(result: Result) -> list[Deployment]:
-    """All laws of the result; a check has the optimum of its own beside the paper's laws."""
-    if result.kind != "check":
-        return deployments_of(result)
-    from studies.check import figures
-
-    columns = {name: series.values for name, series in result.arrays.items()}
-    return figures.deployments_of(result, study_from(result.configuration), columns)
 
 
 def _chart(result: Result, name: str, profiles: Mapping[str, Mapping[str, Array]]) -> Chart:
@@ -163,9 +159,9 @@ def _torque_against_speed(deployments: Sequence[Deployment]) -> tuple[Chart, ...
     return (Chart("truss-torque-speed", title, "N m", (axis,), tuple(curves), path=True),)
 
 
-def scene(result: Result) -> MovingPicture:
-    """The antenna of a result, and how each law moves it."""
-    return moving_antenna(_deployments(result))
+def scene(result: Result) -> MovingPicture | None:
+    """The antenna of a result, and how each law moves it; None of a result without an angle."""
+    return moving_antenna(deployments_of(result)) if "angle" in result.arrays else None
 
 
 def moving_antenna(deployments: Sequence[Deployment]) -> MovingPicture:
