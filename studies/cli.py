@@ -95,7 +95,8 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     _refuse_repeated_flags(rest, parser)
     from studies.common.key_flags import typed_flags, with_flags_named
 
-    return options, with_flags_named(_run_of(name), typed_flags(parser, options))
+    options.typed = typed_flags(parser, options)
+    return options, with_flags_named(_run_of(name), options.typed)
 
 
 def _is_command(name: str) -> bool:

@@ -39,7 +39,9 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     tables = study.tables()
     if options.schema:
         title = f"A study of antenna-ocp {study.name}"
-        console.say(json.dumps(file_schema(tables, title), indent=2, ensure_ascii=False))
+        console.say(
+            json.dumps(file_schema(tables, title, study.without), indent=2, ensure_ascii=False)
+        )
         return ExitCode.OK
     console.say(keys_text(study))
     return ExitCode.OK

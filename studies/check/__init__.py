@@ -13,7 +13,6 @@ STUDY = Study(
     "arm, and compares it with the optimum of the same duration and caps and the paper's laws. "
     "Names every check and cap that fails, by how much, and when.",
     keys={"": "studies.truss.config:TrussStudy"},
-    without=("drive", "margin"),
     run="studies.truss.study:run",
     also={"check-arm": "studies.arm.command:ARM"},
     figures="studies.check.figures:draw",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,8 @@ from studies.common.key_flags import add_key_flags, key_flags
 from studies.common.running import add_results_flags, add_study_argument, hand_over
 from studies.common.study_command import raw_study, stated_study
 
+# --drive is that of an arm here, and margins are those of a motion that was found
+CHECKED = replace(STUDY, without=("drive", "margin"))
 LEAST_BY_DEFAULT = "peak-acceleration"  # global, in closed form wherever it keeps all caps
 
 if TYPE_CHECKING:
@@ -50,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-optimum", action="store_true", help="compare the profile with no optimum"
     )
 
-    add_key_flags(parser, key_flags(STUDY.tables(), STUDY.without))
+    add_key_flags(parser, key_flags(CHECKED.tables(), CHECKED.without))
     arm = parser.add_argument_group("for a profile of the arm")
     arm.add_argument("--stage", metavar="X", help="big, small or both; else the columns tell")
     arm.add_argument(
@@ -82,7 +85,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     again = f"{_command(options)} {folder.file('input.toml')}"
     with folder.written():
         folder.file("input.toml").write_text(input_text, "utf-8")
-        return hand_over(result, folder, _draw, again, options, console)
+        return hand_over(STUDY, result, folder, again, options, console)
 
 
 def _command(options: argparse.Namespace) -> str:
@@ -97,12 +100,6 @@ def _command(options: argparse.Namespace) -> str:
     if options.no_optimum:
         words.append("--no-optimum")
     return shlex.join(words)
-
-
-def _draw(result: Any) -> Any:
-    from studies.check.figures import draw  # Matplotlib loads with it
-
-    return draw(result)
 
 
 def _check_length(measured: MeasuredProfile) -> None:
@@ -129,7 +126,7 @@ def _ask_truss(
     from studies.common.configuration import toml_text
     from studies.truss.config import as_dictionary
 
-    raw = raw_study(STUDY, options)
+    raw = raw_study(CHECKED, options)
     stated = None
     if "duration" in raw:
         stated = _study({"duration": raw["duration"]}, console).duration
@@ -155,7 +152,7 @@ def _ask_truss(
 
 
 def _study(raw: dict[str, Any], console: Console) -> Any:
-    return stated_study(STUDY, {"minimise": "energy", **raw}, console)
+    return stated_study(CHECKED, {"minimise": "energy", **raw}, console)
 
 
 def _moving(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -113,18 +113,26 @@ def _shown(default: Any) -> str:
     return "none" if default is None else toml_value(default)
 
 
-def file_schema(tables: Mapping[str, type[Any]], title: str) -> dict[str, Any]:
+def file_schema(
+    tables: Mapping[str, type[Any]], title: str, without: Iterable[str] = ()
+) -> dict[str, Any]:
     """The JSON Schema of a file of keys, by which an editor completes and checks it.
 
     Parameters
     ----------
     tables : mapping
         The class of the keys of each table; that of the keys above all tables has no name.
+    without : iterable of str
+        Keys above all tables that the file cannot have.
     """
     whole: dict[str, Any] = _table_schema(tables[""]) if "" in tables else {"properties": {}}
     for name, kind in tables.items():
         if name:
             whole["properties"][name] = _table_schema(kind)
+    for name in without:
+        whole["properties"].pop(name, None)
+    if len(tables) > 1:  # what reads several tables may state a key itself
+        whole.pop("required", None)
     return {"$schema": DIALECT, "title": title, **whole}
 
 

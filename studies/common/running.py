@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.key_flags import typed_flags
+from studies.common.study import Study, placed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     Draw = Callable[[Result], Iterator[tuple[str, Figure]]]
 
 
+GOES_ON_WITH = ("resume", "no_figures")  # what may be typed when a study goes on
 LONGEST_NAME = 255  # bytes of one folder's name, on every common file system
 
 
@@ -52,21 +52,14 @@ def add_resume_flag(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def take_up(
-    options: argparse.Namespace,
-    add_arguments: Callable[[argparse.ArgumentParser], None],
-    kind: str,
-) -> None:
+def take_up(study: Study, options: argparse.Namespace) -> None:
     """Let a study go on in its folder: what it asks is there, and nothing else may be said.
 
     Parameters
     ----------
     options : Namespace
-        Its `study` becomes the file in the folder, if there is something to go on with.
-    add_arguments : callable
-        Of the command, whose defaults tell what was said.
-    kind : str
-        Of study, which the folder has to be of.
+        Its `study` becomes the file in the folder, if there is something to go on with; its
+        `typed` are the flags that were typed, by what they state.
 
     Raises
     ------
@@ -77,17 +70,13 @@ def take_up(
         return
     from studies.common.folder import INPUT_FILE, resumed_results
 
-    parser = argparse.ArgumentParser()
-    add_arguments(parser)
-    typed = typed_flags(parser, options)
-    for name, value in vars(options).items():
-        if name not in ("resume", "no_figures") and value != parser.get_default(name):
-            what = typed.get(name, "a study")
-            raise StudyError(
-                f"--resume goes on with the study in {options.resume}, and takes no other words, "
-                f"but {what} is given; leave it out"
-            )
-    options.study = resumed_results(options.resume, kind) / INPUT_FILE
+    typed = {name: flag for name, flag in options.typed.items() if name not in GOES_ON_WITH}
+    for what in (*typed.values(), *["a study"] * (options.study is not None)):
+        raise StudyError(
+            f"--resume goes on with the study in {options.resume}, and takes no other words, "
+            f"but {what} is given; leave it out"
+        )
+    options.study = resumed_results(options.resume, study.kind) / INPUT_FILE
 
 
 def folder_path(text: str) -> Path:
@@ -101,48 +90,19 @@ def folder_path(text: str) -> Path:
     return Path(text)
 
 
-@dataclass(frozen=True, eq=False)
-class Job:
-    """A study that a command carries out.
-
-    Attributes
-    ----------
-    kind : of study, such as "truss".
-    name : of the results folder, unless the user names one.
-    command : what repeats the study, before the path of its `input.toml`.
-    question, configuration : of the result.
-    input_text : content of `input.toml`.
-    check : raises StudyError where a study cannot be met, before a folder is made for it.
-    solve : gives the result.
-    draw : gives its figures, with the names of their files.
-    files : further files beside those of every study: their texts, by name.
-    outcome : what is printed of the result, where that is not the text of every study.
-    opened : called with the folder before the solve.
-    resume : folder of a run that was stopped, which goes on there; None for a new one.
-    go_on : what goes on with a run that was stopped, before the path of its folder; empty if
-        nothing does.
-    """
-
-    kind: str
-    name: str
-    command: str
-    question: str
-    configuration: Mapping[str, Any]
-    input_text: str
-    check: Callable[[], None]
-    solve: Callable[[], Result]
-    draw: Draw
-    files: Callable[[Result], Mapping[str, str]] = lambda result: {}
-    outcome: Callable[[Result], str] | None = None
-    opened: Callable[[ResultsFolder], None] = lambda folder: None
-    resume: Path | None = None
-    go_on: str = ""
-
-
-def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCode:
+def carry_out(
+    study: Study, stated: Any, name: str, options: argparse.Namespace, console: Console
+) -> ExitCode:
     """Run a study: check it, open its folder, solve it, and print, write and draw its result.
 
     The folder has a `result.json` from the start, which says that it is incomplete.
+
+    Parameters
+    ----------
+    stated : configuration
+        What is asked.
+    name : str
+        Of the results folder, unless the user names one.
 
     Raises
     ------
@@ -150,37 +110,56 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
         If it cannot be met, its folder cannot be opened, or it was not solved.
     """
     from models.errors import ModelError
-    from studies.common.folder import ResultsFolder, open_results, provenance
+    from studies.common.configuration import toml_text
+    from studies.common.folder import INPUT_FILE, ResultsFolder, open_results, provenance
     from studies.common.result import Result
 
+    how: dict[str, Any] = {}
     try:
-        job.check()
+        checked = None if study.check is None else placed(study.check)(stated, console)
     except ModelError as error:  # the mechanics say themselves which number they cannot take
         raise StudyError(str(error)) from error
-    if job.resume is not None:
-        folder = ResultsFolder(job.resume)
+    if checked is not None:
+        how["checked"] = checked
+    if study.resumes and options.resume is not None:
+        folder = ResultsFolder(options.resume)
     else:
-        folder = open_results(options.results, job.name, options.overwrite)
-    go_on = f"{job.go_on} {folder.path}" if job.go_on else ""
+        folder = open_results(options.results, name, options.overwrite)
+
+    command, configuration = f"antenna-ocp {study.name}", study.configuration(stated)
+    head = f"# Reproduces this result: {command} input.toml\n\n"
+    go_on = f"{command} --resume {folder.path}" if study.resumes else ""
     console.progress(
         f"results go to {folder.path}{go_on and f'; if it is stopped, it goes on by: {go_on}'}"
     )
     with folder.written(f"go on by: {go_on}") if go_on else folder.written():
-        job.opened(folder)
-        folder.file("input.toml").write_text(job.input_text, "utf-8")
-        begun = Result.begun(job.kind, job.question, job.configuration, provenance())
+        if study.resumes:
+            from studies.common.finished import FinishedStarts  # the engine loads with it
+
+            how["kept"] = FinishedStarts(folder.path)
+        again = folder.file(INPUT_FILE)
+        again.write_text(head + toml_text(configuration, inline=("minimise",)), "utf-8")
+        begun = Result.begun(study.kind, stated.question, configuration, provenance())
         begun.save(folder.path)
-        result = _solved(job, folder, begun, go_on, console)
-        again = f"{job.command} {folder.file('input.toml')}"
-        return hand_over(
-            result, folder, job.draw, again, options, console, job.outcome, go_on, job.files
-        )
+
+        def solve() -> Result:
+            found: Result = placed(study.run)(stated, console, **how)
+            return found
+
+        result = _solved(solve, folder, begun, go_on, console)
+        return hand_over(study, result, folder, f"{command} {again}", options, console, go_on)
 
 
-def _solved(job: Job, folder: ResultsFolder, begun: Result, go_on: str, console: Console) -> Result:
+def _solved(
+    solve: Callable[[], Result],
+    folder: ResultsFolder,
+    begun: Result,
+    go_on: str,
+    console: Console,
+) -> Result:
     """The result of a study; why there is none is kept in its folder."""
     try:
-        return job.solve()
+        return solve()
     except StudyError as error:
         if error.exit_code is ExitCode.INTERRUPTED and go_on:
             error = StudyError(f"{error}; go on by: {go_on}", error.exit_code)
@@ -203,15 +182,13 @@ def _solved(job: Job, folder: ResultsFolder, begun: Result, go_on: str, console:
 
 
 def hand_over(
+    study: Study,
     result: Result,
     folder: ResultsFolder,
-    draw: Draw,
     again: str,
     options: argparse.Namespace,
     console: Console,
-    outcome: Callable[[Result], str] | None = None,
     go_on: str = "",
-    files: Callable[[Result], Mapping[str, str]] = lambda result: {},
 ) -> ExitCode:
     """Write, print and draw a result. A first Ctrl-C waits until it is written.
 
@@ -219,28 +196,25 @@ def hand_over(
     ----------
     again : str
         The command that repeats the study.
-    outcome : callable, optional
-        What is printed of the result; the text of every study by default.
     go_on : str
         The command that goes on with it where it was stopped; empty if none does.
-    files : callable
-        As of a `Job`.
     """
     from ocp.nlp.interrupts import noted_interrupts
     from studies.common.writers import exit_code, outcome_text, write
 
+    outcome = outcome_text if study.outcome is None else placed(study.outcome)
     with noted_interrupts() as stop:
         try:
             write(result, folder)
-            for name, text in files(result).items():
+            for name, text in _files(study, result).items():
                 folder.file(name).write_text(text, "utf-8", newline="")
         finally:  # on a full disk, at least the user has it
-            console.say(f"\n{(outcome or outcome_text)(result)}")
+            console.say(f"\n{outcome(result)}")
 
     interrupted = result.interrupted or stop.asked
-    if not (options.no_figures or interrupted):
+    if study.figures is not None and not (options.no_figures or interrupted):
         try:
-            draw_into(result, folder, draw, console)
+            draw_into(result, folder, placed(study.figures), console)
         except KeyboardInterrupt:  # all numbers are written; only figures are missing
             interrupted = True
     folder.complete()
@@ -251,6 +225,11 @@ def hand_over(
         )
     console.say(f"everything is in {folder.path}; rerun: {again}")
     return ExitCode.INTERRUPTED if interrupted else exit_code(result)
+
+
+def _files(study: Study, result: Result) -> Mapping[str, str]:
+    """Further files beside those of every study: their texts, by name."""
+    return {} if study.files is None else placed(study.files)(result)
 
 
 def draw_into(result: Result, folder: ResultsFolder, draw: Draw, console: Console) -> None:

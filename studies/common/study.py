@@ -138,7 +138,7 @@ class Study:
     also : further kinds of results that its command gives, with their mechanisms.
     folder : name of its results folder; `{0.NAME}` is an attribute of the stated study, `{file}`
         the name of its file; by default its kind.
-    without : keys that no flag states.
+    without : keys above all tables that its file cannot have, nor a flag state.
     switches : further flags, by name.
     presets : folder with files that `--preset` names.
     beside : function from a stated study and the folder of its file to the study with the contents

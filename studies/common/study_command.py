@@ -8,12 +8,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.common.configuration import nearest, put, read_toml, toml_text
+from studies.common.configuration import nearest, put, read_toml
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.key_flags import add_key_flags, key_flags, put_key_flags
 from studies.common.running import (
-    Job,
     add_results_flags,
     add_resume_flag,
     add_study_argument,
@@ -47,40 +46,9 @@ def run(study: Study, options: argparse.Namespace, console: Console) -> ExitCode
         Naming the key or flag, its value and the remedy.
     """
     if study.resumes:
-        take_up(options, lambda parser: add_arguments(study, parser), study.kind)
+        take_up(study, options)
     stated = read_study(study, options, console)
-    configuration = study.configuration(stated)
-    found: dict[str, Any] = {}  # on the way to the solve
-    head = f"# Reproduces this result: antenna-ocp {study.name} input.toml\n\n"
-
-    def opened(folder: Any) -> None:
-        if study.resumes:
-            from studies.common.finished import FinishedStarts  # the engine loads with it
-
-            found["kept"] = FinishedStarts(folder.path)
-
-    def check() -> None:
-        checked = None if study.check is None else placed(study.check)(stated, console)
-        if checked is not None:
-            found["checked"] = checked
-
-    job = Job(
-        kind=study.kind,
-        name=_folder(study, stated, options),
-        command=f"antenna-ocp {study.name}",
-        question=stated.question,
-        configuration=configuration,
-        input_text=head + toml_text(configuration, inline=("minimise",)),
-        check=check,
-        solve=lambda: placed(study.run)(stated, console, **found),
-        draw=lambda result: placed(study.figures)(result) if study.figures else iter(()),
-        files=lambda result: placed(study.files)(result) if study.files else {},
-        outcome=placed(study.outcome) if study.outcome else None,
-        opened=opened,
-        resume=options.resume if study.resumes else None,
-        go_on=f"antenna-ocp {study.name} --resume" if study.resumes else "",
-    )
-    return carry_out(job, options, console)
+    return carry_out(study, stated, _folder(study, stated, options), options, console)
 
 
 def read_study(study: Study, options: argparse.Namespace, console: Console) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -257,13 +256,6 @@ class Drive:
             f"drive.counts is {self.counts}: the travel of {travel:.4g} {unit} has "
             f"{travel / count:.1f} counts only; {enough} counts a turn would do"
         )
-
-    def as_dictionary(self) -> dict[str, Any]:
-        """What is stated, as TOML holds it: a key that is none has no value there."""
-        stated = {name: item for name, item in dataclasses.asdict(self).items() if item is not None}
-        if self.torque_speed is not None:
-            stated["torque_speed"] = [list(corner) for corner in self.torque_speed]
-        return stated
 
 
 def read_drive(path: Path) -> Drive:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from studies.common.configuration import check, from_mapping, key, positive, whole
+from studies.common.configuration import check, key, positive, whole
 
 PAPER_DURATION = 140.0  # [s]; it follows from the printed peak acceleration of Step5
 
@@ -37,13 +34,3 @@ class PaperStudy:
     def question(self) -> str:
         """What is asked, in one line."""
         return "which numbers, tables and figures of the paper do our models give?"
-
-
-def study_from(raw: Mapping[str, Any]) -> PaperStudy:
-    """The study that a nested dictionary states; StudyError names a wrong key."""
-    return from_mapping(PaperStudy, raw)
-
-
-def as_dictionary(study: PaperStudy) -> dict[str, Any]:
-    """The dictionary that states the same study again."""
-    return dataclasses.asdict(study)

@@ -18,7 +18,7 @@ from ocp.arrays import Array
 from studies.common.drawing import COLOURS, SHADES, label_axes
 from studies.common.result import Result
 from studies.paper.cases import FRICTIONS, PENDULUM_ELEMENTS, Cases
-from studies.paper.config import study_from
+from studies.paper.config import PaperStudy
 from studies.truss import figures as truss_figures
 from studies.truss.motions.deployment import Deployment
 
@@ -30,7 +30,7 @@ DYNAMIC = "dynamic set, b = 0.45 m"
 
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     """Every figure of a result with the name of its file."""
-    cases = Cases(study_from(result.configuration))
+    cases = Cases(PaperStudy(**result.configuration))
     yield "fig06_pendulums", pendulum_figure(result)
     yield "fig10_torques", torque_figure(result)
     for name, make in (

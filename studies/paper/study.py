@@ -9,11 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from studies.common.comparison_table import TableRow
+from studies.common.configuration import as_stated
 from studies.common.console import Console, at_work
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.paper.cases import Cases
-from studies.paper.config import PaperStudy, as_dictionary
+from studies.paper.config import PaperStudy
 from studies.paper.entries import Entry, PaperVerdict
 from studies.paper.sections.arms import arm_entries
 from studies.paper.sections.dynamics import dynamics_entries
@@ -75,7 +76,7 @@ def result_of(study: PaperStudy, entries: Sequence[Entry], cases: Cases) -> Resu
     return Result(
         kind="paper",
         question=study.question,
-        configuration=as_dictionary(study),
+        configuration=as_stated(study),
         arrays={**_deployment_series(cases), **_flexible_series(cases)},
         table=tuple(_table_row(key, entry) for key, entry in zip(keys, entries, strict=True)),
         verdict=Verdict("measured", f"{len(entries)} rows: {said}{missed}"),

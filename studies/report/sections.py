@@ -11,6 +11,7 @@ from studies.common.charts import Chart
 from studies.common.columns import flat
 from studies.common.comparison_table import TableRow
 from studies.common.console import number
+from studies.common.parameters import ParameterLine, stated_parameters
 from studies.common.result import Result
 from studies.common.study import placed
 from studies.report import words
@@ -144,8 +145,6 @@ def model(result: Result) -> Element:
 
 def parameters(result: Result) -> Element:
     """Every parameter of the model with its source."""
-    mechanism = registry.mechanism_of(result.kind)
-    reader = None if mechanism is None else mechanism.parameters
     rows = [
         (
             line.name,
@@ -154,7 +153,7 @@ def parameters(result: Result) -> Element:
             number(line.value, 6) if isinstance(line.value, float) else str(line.value),
             line.source,
         )
-        for line in (placed(reader)(result.configuration) if reader is not None else ())
+        for line in _parameter_lines(result)
     ]
     head = ("parameter", "meaning", "unit", "value", "source")
     if not rows:
@@ -165,6 +164,21 @@ def parameters(result: Result) -> Element:
         for cell in (cells[1], cells[4]):
             cell.set("class", "text")
     return section("Parameters", made)
+
+
+def _parameter_lines(result: Result) -> list[ParameterLine]:
+    """The parameters as the mechanism has them, or else all keys of the study's own tables."""
+    study, mechanism = registry.study_of(result.kind), registry.mechanism_of(result.kind)
+    if mechanism is not None and mechanism.parameters is not None:
+        lines: list[ParameterLine] = placed(mechanism.parameters)(result.configuration)
+        return lines
+    tables = {} if study is None else study.tables()
+    values = result.configuration
+    return [
+        line
+        for name, kind in tables.items()
+        for line in stated_parameters(kind, values.get(name, {}) if name else values)
+    ]
 
 
 def results(result: Result) -> list[Element]:

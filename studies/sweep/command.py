@@ -6,11 +6,12 @@ import argparse
 import contextlib
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.running import folder_path
+from studies.sweep import STUDY
 
 if TYPE_CHECKING:
     from studies.common.folder import ResultsFolder
@@ -275,17 +276,5 @@ def _hand_over(
         if options.parquet:
             write_parquet(content, folder.file(FILE).with_suffix(".parquet"))
         return hand_over(
-            result,
-            folder,
-            _draw,
-            again,
-            options,
-            console,
-            go_on=again if interrupted else "",
+            STUDY, result, folder, again, options, console, again if interrupted else ""
         )
-
-
-def _draw(result: Any) -> Any:
-    from studies.sweep.figures import draw  # Matplotlib loads with it
-
-    return draw(result)

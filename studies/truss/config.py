@@ -17,6 +17,7 @@ from models.errors import ModelError
 from studies.common.configuration import (
     Flag,
     as_number,
+    as_stated,
     boolean,
     check,
     check_keys,
@@ -55,13 +56,7 @@ STARTS = ("bezier", "step5", "straight", "dwell", "phase-plane")
 
 
 @describes(
-    {
-        "anyOf": [
-            {"enum": list(OBJECTIVES)},
-            {"type": "object", "additionalProperties": {"type": "number", "exclusiveMinimum": 0}},
-            {"type": "array", "minItems": 1},
-        ]
-    }
+    {"anyOf": [{"enum": list(OBJECTIVES)}, {"type": "object"}, {"type": "array", "minItems": 1}]}
 )
 def _stages(name: str, value: Any) -> tuple[dict[str, float], ...]:
     """One objective, a table of weights, or a list of these in order of importance."""
@@ -81,14 +76,7 @@ def _stages(name: str, value: Any) -> tuple[dict[str, float], ...]:
     return ({choice(OBJECTIVES)(name, value): 1.0},)
 
 
-@describes(
-    {
-        "anyOf": [
-            {"type": "number", "exclusiveMinimum": 0},
-            {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
-        ]
-    }
-)
+@describes({"anyOf": [positive.schema, {"type": "array", "minItems": 2, "maxItems": 2}]})
 def _duration(name: str, value: Any) -> tuple[float, float]:
     """A number, or a shortest and a longest duration."""
     if not isinstance(value, list | tuple):
@@ -137,22 +125,14 @@ def _dynamic_set() -> TrussParameters:
     return DYNAMIC_SET
 
 
-@describes(
-    {
-        "type": "object",
-        "properties": {
-            "set": {"enum": list(SETS), "description": "of the paper, from which the others differ"}
-        }
-        | {
-            f"{angle}_angle_deg": {
-                "type": "number",
-                "description": f"{angle}_angle in degrees, instead of it [deg]",
-            }
-            for angle in ("stowed", "net")
-        },
-    },
-    _parameters_class,
-)
+_FURTHER = {
+    "set": {"enum": list(SETS), "description": "of the paper, from which the others differ"},
+    "stowed_angle_deg": {"type": "number", "description": "stowed_angle in degrees [deg]"},
+    "net_angle_deg": {"type": "number", "description": "net_angle in degrees [deg]"},
+}
+
+
+@describes({"type": "object", "properties": _FURTHER}, _parameters_class)
 def truss_parameters(name: str, value: Any) -> TrussParameters:
     """Parameters of the model, or a table of those that differ from one of the paper's sets."""
     from models.truss import DYNAMIC_SET, KINEMATIC_SET, TrussParameters
@@ -481,19 +461,14 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         for stage in study.minimise
     ]
     low, high = study.duration
-    solver = dataclasses.asdict(study.solver)
-    solver["starts"] = list(study.solver.starts)
-
-    # a cap that is not stated has no value in TOML
-    caps = {name: cap for name, cap in dataclasses.asdict(study.caps).items() if cap is not None}
     return {
         "minimise": stages[0] if len(stages) == 1 else stages,
         "duration": low if low == high else [low, high],
         "concession": study.concession,
         "smooth": study.smooth,
-        "caps": caps,
-        "solver": {name: value for name, value in solver.items() if value is not None},
+        "caps": as_stated(study.caps),  # a cap that is not stated has no value in TOML
+        "solver": {**as_stated(study.solver), "starts": list(study.solver.starts)},
         "truss": dataclasses.asdict(study.truss),
         **({} if study.margin is None else {"margin": study.margin.as_dictionary()}),
-        **({} if study.drive is None else {"drive": study.drive.as_dictionary()}),
+        **({} if study.drive is None else {"drive": as_stated(study.drive)}),
     }

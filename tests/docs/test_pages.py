@@ -15,7 +15,7 @@ import studies.pareto
 import studies.robust
 import studies.sweep
 from models.laws import JerkLimited
-from studies.check import STUDY as CHECK
+from studies.check.command import CHECKED
 from studies.cli import parse
 from studies.common.console import Console, number
 from studies.common.exit_codes import StudyError
@@ -126,8 +126,8 @@ def test_commands_are_understood(
     if line.startswith("truss") and "--resume" not in line:
         read_study(TRUSS, options, Console())
     if line.startswith("check"):  # a profile has its own duration, and needs no objective
-        raw = {"minimise": "energy", "duration": 1.0, **raw_study(CHECK, options)}
-        stated_study(CHECK, raw, Console())
+        raw = {"minimise": "energy", "duration": 1.0, **raw_study(CHECKED, options)}
+        stated_study(CHECKED, raw, Console())
 
 
 def test_targets_that_are_named_exist() -> None:

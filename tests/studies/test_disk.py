@@ -2,6 +2,7 @@
 
 import argparse
 import errno
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
@@ -12,43 +13,42 @@ from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import ResultsFolder, open_results
 from studies.common.result import Result, Verdict
-from studies.common.running import Job, carry_out
+from studies.common.running import carry_out
+from studies.common.study import Study
 
 FULL = OSError(errno.ENOSPC, "No space left on device")
 RESULT = Result("test", "Is it kept?", {}, {}, verdict=Verdict("measured", "it was measured"))
 
 
-def full(*arguments: object) -> NoReturn:
+def full(*arguments: object, **more: object) -> NoReturn:
     raise FULL
 
 
-def job(**changes: object) -> Job:
-    stated = {
-        "kind": "test",
-        "name": "test",
-        "command": "antenna-ocp test",
-        "question": "Is it kept?",
-        "configuration": {},
-        "input_text": "",
-        "check": lambda: None,
-        "solve": lambda: RESULT,
-        "draw": lambda result: iter(()),
-    }
-    return Job(**{**stated, **changes})  # type: ignore[arg-type]
+@dataclass(frozen=True)
+class Stated:
+    """A study without keys."""
+
+    question: str = "Is it kept?"
 
 
-def refusal(asked: Job, folder: Path, console: Console) -> StudyError:
-    options = argparse.Namespace(results=folder, overwrite=False, no_figures=False)
+def study(**changes: object) -> Study:
+    parts = {"run": lambda stated, console: RESULT, "figures": lambda result: iter(())}
+    nothing = {"name": "test", "summary": "", "keys": {}, "state": lambda stated: {}}
+    return Study(**{**nothing, **parts, **changes})  # type: ignore[arg-type]
+
+
+def refusal(asked: Study, folder: Path, console: Console) -> StudyError:
+    options = argparse.Namespace(results=folder, overwrite=False, no_figures=False, resume=None)
     with pytest.raises(StudyError) as refused:
-        carry_out(asked, options, console)
+        carry_out(asked, Stated(), "test", options, console)
     assert refused.value.exit_code is ExitCode.NO_RESULTS_FOLDER
     return refused.value
 
 
-@pytest.mark.parametrize("step", ["opened", "solve", "files", "draw"])
+@pytest.mark.parametrize("step", ["run", "files", "figures"])
 def test_a_full_disk_is_one_sentence_at_every_step(step: str, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    said = str(refusal(job(**{step: full}), out, silent()))
+    said = str(refusal(study(**{step: full}), out, silent()))
     assert f"the results folder {out} cannot be written (No space left on device)" in said
     assert said.endswith(
         "free some space or correct its permissions, and give the same command again with "
@@ -57,7 +57,7 @@ def test_a_full_disk_is_one_sentence_at_every_step(step: str, tmp_path: Path) ->
 
 
 def test_a_study_that_can_go_on_says_by_what(tmp_path: Path) -> None:
-    asked = job(solve=full, go_on="antenna-ocp test --resume")
+    asked = study(run=full, resumes=True)
     said = str(refusal(asked, tmp_path / "out", silent()))
     assert said.endswith(f"go on by: antenna-ocp test --resume {tmp_path / 'out'}")
 
@@ -66,19 +66,19 @@ def test_an_answer_that_cannot_be_written_is_printed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("studies.common.writers.write", full)
-    refusal(job(), tmp_path / "out", Console())
+    refusal(study(), tmp_path / "out", Console())
     assert "it was measured" in capsys.readouterr().out
 
 
 def test_why_nothing_was_found_is_said_even_if_it_cannot_be_kept(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def infeasible() -> NoReturn:
+    def infeasible(*given: object) -> NoReturn:
         raise StudyError("no motion meets the caps", ExitCode.INFEASIBLE)
 
     monkeypatch.setattr(ResultsFolder, "write_json", lambda *given: None)  # of the folder's mark
     monkeypatch.setattr(Result, "failed", full)
-    refusal(job(solve=infeasible), tmp_path / "out", Console())
+    refusal(study(run=infeasible), tmp_path / "out", Console())
     assert "no motion meets the caps" in capsys.readouterr().err
 
 

@@ -15,8 +15,9 @@ from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.result import Result, Verdict
-from studies.common.running import Job, carry_out
+from studies.common.running import carry_out
 from studies.common.stops import kept
+from studies.common.study import Study
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.study import run
 
@@ -133,19 +134,17 @@ def test_a_result_that_is_being_written_is_written_to_the_end(listening, tmp_pat
         return {"rows.csv": "x"}
 
     out = tmp_path / "out"
-    nothing = {"check": lambda: None, "draw": lambda result: iter(()), "configuration": {}}
-    job = Job(
-        "test",
-        "test",
-        "antenna-ocp test",
-        "Is it kept?",
-        input_text="",
-        **nothing,
-        solve=lambda: FOUND,
+    study = Study(
+        name="test",
+        summary="",
+        keys={},
+        state=lambda stated: {},
+        run=lambda stated, console: FOUND,
         files=files,
     )
     options = argparse.Namespace(results=out, overwrite=False, no_figures=False)
-    assert carry_out(job, options, silent()) is ExitCode.INTERRUPTED
+    stated = argparse.Namespace(question="Is it kept?")
+    assert carry_out(study, stated, "test", options, silent()) is ExitCode.INTERRUPTED
     assert (out / "rows.csv").read_text() == "x"
     assert Result.load(out).verdict == FOUND.verdict
 

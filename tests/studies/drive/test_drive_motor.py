@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from studies.common.configuration import toml_text
+from studies.common.configuration import as_stated, toml_text
 from studies.common.exit_codes import StudyError
 from studies.drive.motor import (
     motor_speed,
@@ -83,5 +83,5 @@ def test_counts_of_rope_on_a_drum_of_several_layers_are_refused() -> None:
 
 def test_a_drive_comes_back_from_its_file(tmp_path) -> None:
     path = tmp_path / "drive.toml"
-    path.write_text(toml_text(CURVED.as_dictionary()), "utf-8")
+    path.write_text(toml_text(as_stated(CURVED)), "utf-8")
     assert read_drive(path) == CURVED
