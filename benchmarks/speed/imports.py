@@ -41,12 +41,12 @@ def measure(setup: Setup) -> Iterator[Measured]:
     for _ in range(setup.repeats):
         for name, words in STARTS.items():
             begin = _spent()
-            _run(words)
+            started(words)
             starts[name]["seconds"].append(_spent() - begin)
 
     # Once more with Python's own clock of imports, which slows a start down.
     for name, words in STARTS.items():
-        starts[name]["packages"] = packages(_run(("-X", "importtime", *words)))
+        starts[name]["packages"] = packages(started(("-X", "importtime", *words)))
         setup.console.progress(f"{name}: {statistics.median(starts[name]['seconds']):.2f} s")
         yield {"starts": {n: start for n, start in starts.items() if "packages" in start}}
 
@@ -57,7 +57,7 @@ def _spent() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def _run(words: tuple[str, ...]) -> str:
+def started(words: tuple[str, ...]) -> str:
     """What a start prints as errors, where Python's clock of imports prints too."""
     command = (sys.executable, *words)
     env = {name: value for name, value in os.environ.items() if name != BYTECODE}

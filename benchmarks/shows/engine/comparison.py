@@ -119,7 +119,7 @@ def judged(
     best = min(finite, default=math.nan)
     same = min(max(SAME * abs(best), COARSER * change), MOST * abs(best)) if finite else 0.0
     for own in answers.values():
-        own["kind"] = _kind(variant, own, finite, best, same)
+        own["kind"] = kind_of(variant, own, finite, best, same)
     return {
         "best": best if finite else None,
         "same": same,
@@ -203,7 +203,7 @@ def start_from(solution: Solution) -> Start:
     return Start(phases, {**motion.unknowns, **peaks})
 
 
-def _kind(
+def kind_of(
     variant: Variant, own: dict[str, Any], values: Sequence[float], best: float, same: float
 ) -> str:
     """Which of the kinds an answer is."""

@@ -143,7 +143,7 @@ def _switch(right: Solution, random: np.random.Generator) -> Spoilt | None:
         if not 0.0 < moved < 1.0:
             continue
         phases = [
-            _moved(phase, points, number_of, moved)
+            moved_breakpoint(phase, points, number_of, moved)
             if i == index
             else PhaseMesh(points, phase.degrees)
             for i, (phase, points) in enumerate(zip(mesh.phases, fractions, strict=True))
@@ -155,7 +155,9 @@ def _switch(right: Solution, random: np.random.Generator) -> Spoilt | None:
     return None
 
 
-def _moved(phase: PhaseMesh, points: np.ndarray, number_of: int, moved: float) -> PhaseMesh:
+def moved_breakpoint(
+    phase: PhaseMesh, points: np.ndarray, number_of: int, moved: float
+) -> PhaseMesh:
     """A mesh without movable breakpoints, one of them moved; those that it passes are left out."""
     place = points[number_of]
     low, high = min(place, moved), max(place, moved)
@@ -235,7 +237,7 @@ def _leak(right: Solution, random: np.random.Generator) -> Spoilt | None:
     del random
     iterate = right.kept_iterate
     program, parameters = iterate.transcription, iterate.parameters
-    limits = ProgramLimits(_wider(iterate.limits.columns), _wider(iterate.limits.rows))
+    limits = ProgramLimits(wider(iterate.limits.columns), wider(iterate.limits.rows))
     meshes = MeshSolver.of(right.problem, FIXED, parameters)
     start = meshes.starting_point(program, iterate, limits)
     result = meshes.run(program, FIXED.solver, start, limits, 1)
@@ -290,7 +292,7 @@ def _held(right: Solution, random: np.random.Generator) -> Spoilt | None:
     return None
 
 
-def _wider(limits: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def wider(limits: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Limits that are no equations, wider by a part of the larger of each pair."""
     lower, upper = limits
     finite = (np.where(np.isfinite(side), np.abs(side), 0.0) for side in limits)

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.optima.problems import CATALOGUE
 from benchmarks.shows.engine import comparison
-from benchmarks.shows.engine.comparison import GUESSES, Reference, _kind, by_engine, compared
+from benchmarks.shows.engine.comparison import GUESSES, Reference, by_engine, compared, kind_of
 from benchmarks.shows.engine.engine_problem import problem_of
 from benchmarks.shows.engine.families import question
 from benchmarks.shows.engine.plain import DEGREE, Plain, Start, crude_start, radau
@@ -98,7 +98,7 @@ def test_an_answer_is_judged_by_what_the_plain_collocation_finds() -> None:
     assert far.proven_without_motion  # 6 * 2^3/32 = 1.5 m is the farthest
 
     def kind(variant: Variant, value: float | None, *plain: float) -> str:
-        return _kind(variant, {"value": value}, plain, min(plain, default=math.nan), 1e-3)
+        return kind_of(variant, {"value": value}, plain, min(plain, default=math.nan), 1e-3)
 
     assert kind(jerk, 1.0, 1.0005, 2.0) == "right"
     assert kind(jerk, 2.0, 1.0, 2.0) == "other optimum"

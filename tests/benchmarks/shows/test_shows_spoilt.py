@@ -11,7 +11,7 @@ from ocp.mesh.mesh import PhaseMesh
 
 def test_a_breakpoint_is_moved_and_those_that_it_passes_are_left_out() -> None:
     mesh = PhaseMesh(np.array([0.0, 0.2, 0.5, 0.505, 1.0]), np.array([3, 4, 5, 6]), (2,))
-    moved = spoilt._moved(mesh, mesh.breakpoints, 2, 0.51)
+    moved = spoilt.moved_breakpoint(mesh, mesh.breakpoints, 2, 0.51)
     assert moved.breakpoints == pytest.approx([0.0, 0.2, 0.51, 1.0])
     assert moved.degrees.tolist() == [3, 4, 6]
     assert moved.movable == ()
@@ -19,7 +19,7 @@ def test_a_breakpoint_is_moved_and_those_that_it_passes_are_left_out() -> None:
 
 def test_limits_are_wider_by_a_part_of_the_larger_one_but_for_equations() -> None:
     lower, upper = np.array([-1.0, 2.0, -np.inf, 0.0]), np.array([3.0, 2.0, 5.0, np.inf])
-    low, high = spoilt._wider((lower, upper))
+    low, high = spoilt.wider((lower, upper))
     assert low == pytest.approx([-1.0 - 3e-4, 2.0, -np.inf, 0.0])
     assert high == pytest.approx([3.0 + 3e-4, 2.0, 5.0 + 5e-4, np.inf])
 
