@@ -22,7 +22,7 @@ PARTS = {
     "phases": ("benchmarks.speed.size:PHASES", "a run through gates in 2 to 20 phases"),
     "family": ("benchmarks.speed.family", "problem A for 100 jerk caps, each from the last"),
     "mpc": ("benchmarks.speed.mpc", "a cart-pole controlled by 100 solves of a prepared problem"),
-    "imports": ("benchmarks.speed.imports", "what loads, and how long it takes"),
+    "imports": ("benchmarks.speed.imports", "processor time of starts and imports"),
     "instructions": (
         "benchmarks.speed.instructions",
         "instructions of A and B: solver, model, the rest",

@@ -14,7 +14,6 @@ TITLES = {
     "A": "A: T = 140 s, |jerk| <= 124.2192/T^3, least peak acceleration 3.417562e-4 rad/s^2",
     "B": "B: T = 5 s, pulley friction 0.01, |jerk| <= 200/T^3, least peak rope force 44.53360 N",
 }
-REFERENCE = "rockit"  # the peer that the programs by hand are held against
 SECONDS = ("start", "solve", "verification", "process", "processor", "common check")
 NOTES = (
     "seconds, medians; start: to the end of the imports; solve: statement, set-up, solve and",
@@ -64,7 +63,7 @@ def _ratio_table(record: Measured) -> Table:
 
 
 def _ratios(record: Measured, problem: str) -> dict[str, float | None]:
-    """Ours to the best right baseline and the fastest right peer, the baselines to rockit."""
+    """Ours to the best right baseline and the fastest right peer."""
     right = {
         row["contestant"]: row["medians"]
         for row in record["rows"]
@@ -74,7 +73,7 @@ def _ratios(record: Measured, problem: str) -> dict[str, float | None]:
     baselines = [right[b.name] for b in BASELINES if b.name in right]
     peers = [right[p.name] for p in PEERS if p.name in right]
 
-    ratios = {
+    return {
         "our solve / best baseline's solve (aim: at most 2)": _quotient(
             ours.get("solve"), _least(baselines, "solve")
         ),
@@ -85,11 +84,6 @@ def _ratios(record: Measured, problem: str) -> dict[str, float | None]:
             _least(peers, "process"), ours.get("process")
         ),
     }
-    reference = right.get(REFERENCE, {}).get("process")
-    for baseline in BASELINES:
-        name = f"{baseline.title}: process / {REFERENCE}'s"
-        ratios[name] = _quotient(right.get(baseline.name, {}).get("process"), reference)
-    return ratios
 
 
 def _least(medians: Iterable[Mapping[str, Any]], column: str) -> float | None:

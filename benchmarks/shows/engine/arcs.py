@@ -3,7 +3,7 @@
 Where the file of a problem says which arcs its control has, each with the control as a function of
 time and states, a motion is a plain simulation and the optimum is the least objective over a few
 lengths. So it is known to more digits than a collocation gives. Nothing is shared with the engine.
-``python -m benchmarks.shows.engine.arcs`` prints the optima.
+A test holds the optima that the file states against these.
 
 Whatever the lengths, a motion within the limits has an objective that is not below the optimum.
 That the arcs are the right ones is known from the literature or from the minimum principle.
@@ -13,7 +13,6 @@ Symbols: z states and integrals; h length of a step.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,8 +20,7 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import minimize
 
-from benchmarks.shows.engine.variant import Variant, catalogue, evaluated
-from studies.common.console import Table
+from benchmarks.shows.engine.variant import Variant, evaluated
 
 # Steps of an arc by the classical method of Runge and Kutta. The difference from half as many takes
 # most of the error away (Richardson), and bounds what is left.
@@ -134,19 +132,3 @@ def _step(variant: Variant, control: str) -> Any:
     three = rate(z + h / 2 * two, t + h / 2)
     four = rate(z + h * three, t + h)
     return ca.Function("step", [z, t, h], [z + h / 6 * (one + 2 * two + 2 * three + four)])
-
-
-def main() -> None:
-    """Print the optima of all singular problems with known arcs."""
-    lines = []
-    for name, stated in catalogue("singular").items():
-        if "arcs" in stated:
-            known = optimum_of(Variant.nominal(name, "singular"))
-            arcs = ", ".join(f"{length:.6f}" for length in known.lengths)
-            lines.append((name, f"{known.objective:.12g}", f"{known.error:.0e}", arcs))
-    head = ("problem", "optimum", "error", "lengths of the arcs [s]")
-    sys.stdout.write(f"{Table('Singular problems with known arcs', head, lines)}\n")
-
-
-if __name__ == "__main__":
-    main()

@@ -3,11 +3,10 @@
 Case i is problem i of `problems/large.toml` and of `repeated.py`. Seed 0 takes the numbers of the
 files; another seed draws those that have a range, case by case, so that further cases are further
 draws. Single runs say little of the seconds, because last digits decide over rounds. Each is solved
-from its crude guess by `ocp.solve` with default settings, in a process of its own that has
-`SECONDS`, and by the plain collocation (`plain.py`) on as many intervals as an expert would take.
-That one shares no code with the engine. It starts from the same guess, and once more where the
-engine ended, which tells another optimum from a wrong answer. An optimum that the source states is
-one more reference.
+from its crude guess by `ocp.solve` with default settings, within `SECONDS`, and by the plain
+collocation (`plain.py`) on as many intervals as an expert would take. That one shares no code with
+the engine. It starts from the same guess, and once more where the engine ended, which tells another
+optimum from a wrong answer. An optimum that the source states is one more reference.
 
 right           as good as the best of these values
 looser          the same, and the verdict says which tolerance is not met
@@ -21,33 +20,33 @@ the crude guess, of the engine for all of `solve`.
 
 from __future__ import annotations
 
-import json
 import math
 import statistics
-import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from benchmarks.processes import FreshProcess
-from benchmarks.records import ROOT
-from benchmarks.shows.engine.comparison import by_engine, doubted, judged, judged_finer, start_from
-from benchmarks.shows.engine.plain import Plain, Start, crude_start
+from benchmarks.shows.engine.comparison import (
+    SECONDS,
+    by_engine,
+    doubted,
+    judged,
+    judged_finer,
+    start_from,
+)
+from benchmarks.shows.engine.plain import Plain, crude_start
 from benchmarks.shows.engine.repeated import REPEATED
 from benchmarks.shows.engine.variant import Variant, catalogue
 from benchmarks.shows.show import Columns, Question, Row, listed
 from ocp import Settings
-from ocp.solution.storage import load, save
 from studies.common.console import Table, number
 
 LINE = "larger problems from the literature beside an expert's plain collocation"
 LIMIT = 1200.0  # [s]
-SECONDS = 300.0  # that the engine's process has, by the clock
 EXPERT = 120.0  # of the processor, for a run of the plain collocation
 KINDS = ("right", "looser", "other optimum", "failure", "not compared", "wrong")
 MOST, MEDIAN = 10.0, 3.0  # times the expert's seconds that are wanted at most
@@ -78,14 +77,10 @@ def question(seed: int, index: int) -> Question:
     return {"problem": name, "numbers": numbers, "source": known[name].stated["source"]}
 
 
-def _variant(question: Question) -> Variant:
-    """The problem of a question, with its numbers."""
-    return replace(variants()[question["problem"]], numbers=question["numbers"])
-
-
 def answer(question: Question, folder: Path) -> Row:
     """Solve it by both and compare."""
-    variant = _variant(question)
+    del folder
+    variant = replace(variants()[question["problem"]], numbers=question["numbers"])
     intervals = variant.stated["intervals"]
 
     begin = time.process_time()
@@ -98,7 +93,8 @@ def answer(question: Question, folder: Path) -> Row:
     values = {"crude": found.objective, **known}
     coarse = {"crude": half.solve(crude_start(variant)).objective}
 
-    row, start = _by_process(question, folder)
+    row, solution = by_engine(variant, "crude", Settings(seconds=SECONDS))
+    start = None if solution is None else start_from(solution)
     if start is not None:
         values["engine"] = plain.solve(start, close=True).objective
         coarse["engine"] = half.solve(start, close=True).objective
@@ -120,28 +116,6 @@ def answer(question: Question, folder: Path) -> Row:
         "intervals": intervals,
         "expert": {"seconds": expert, "iterations": found.iterations, "status": found.status},
     }
-
-
-def _by_process(question: Question, folder: Path) -> tuple[dict[str, Any], Start | None]:
-    """What the engine says in a process of its own, and where it ended."""
-    file = folder.resolve() / "solution.ocp"
-    folder.mkdir(parents=True, exist_ok=True)
-    asked = json.dumps({key: question[key] for key in ("problem", "numbers")})
-    command = (sys.executable, "-m", "benchmarks.shows.engine.large", asked, str(file))
-    answered = FreshProcess(command, {"PYTHONPATH": str(ROOT)}).run(limit=SECONDS)
-    if answered.answer is None:
-        nothing = {"value": None, "rounds": 0, "iterations": 0, "open": ""}
-        return {**nothing, "words": answered.failure, "processor": answered.processor}, None
-    return dict(answered.answer), start_from(load(file)) if file.is_file() else None
-
-
-def main() -> None:
-    """Solve a problem by the engine: `large QUESTION SOLUTION ANSWER`."""
-    asked, file, path = sys.argv[1:]
-    row, solution = by_engine(_variant(json.loads(asked)), "crude", Settings())
-    if solution is not None:
-        save(solution, file)
-    Path(path).write_text(json.dumps(row), "utf-8")
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
@@ -185,7 +159,3 @@ def _ratio(row: Row) -> float | None:
     if row["failure"] or not math.isfinite(row["plain"].get("crude") or math.nan):
         return None
     return float(row["engine"]["processor"] / row["expert"]["seconds"])
-
-
-if __name__ == "__main__":
-    main()

@@ -58,6 +58,9 @@ def test_every_part_has_what_a_part_needs(capsys: pytest.CaptureFixture[str]) ->
     assert len(capsys.readouterr().out.splitlines()) == len(PARTS)
 
 
-def test_imports_are_summed_by_package() -> None:
-    said = "import time:       250 |        900 |   numpy.core\nimport time: 50 | 50 | numpy\n"
-    assert imports.packages(said) == {"numpy": pytest.approx(3e-4)}
+def test_starts_have_medians_and_their_ratio() -> None:
+    seconds = {name: [1.0, 2.0, 9.0] for name in imports.STARTS}
+    seconds[imports.RATIO[0]] = [3.0]
+    (table,) = imports.tables({"seconds": seconds})
+    assert dict(table.rows)["python alone"] == "2"
+    assert "takes 1.50 times" in table.notes[0]

@@ -23,6 +23,6 @@ def test_a_size_is_measured_and_printed(part, size) -> None:
 @pytest.mark.slow
 def test_every_start_starts() -> None:
     for words in imports.STARTS.values():
-        imports.started(words)
+        imports.start(words)
     with pytest.raises(imports.StudyError, match="failed: ModuleNotFoundError"):
-        imports.started(("-c", "import no_such_module"))
+        imports.start(("-c", "import no_such_module"))
