@@ -178,6 +178,46 @@ def orbit_transfer() -> Problem:
     return Problem("orbit transfer", [phase], minimise=phase.duration)
 
 
+def bioreactor() -> Problem:
+    """Bacteria in a fed batch make most protein, less the price of what induces it."""
+    volume, cells = State("volume", "l", lower=0.1), State("cells", "g/l", lower=0)
+    nutrient, protein = State("nutrient", "g/l", lower=0), State("protein", "g/l")
+    inducer = State("inducer", "g/l", lower=0)
+    shock, recovery = State("shock"), State("recovery")
+    feed, induction = (Control(n, "l/h", lower=0, upper=1) for n in ("feed", "induction"))
+
+    dilution = (feed + induction) / volume
+    taken = nutrient / (14.35 + nutrient * (1 + nutrient / 111.5))
+    growth = taken * (shock + recovery * 0.22 / (0.22 + inducer))
+    making = 0.233 * taken * (0.0005 + inducer) / (0.022 + inducer)
+    change = 0.09 * inducer / (0.034 + inducer)
+    phase = Phase(
+        "batch",
+        {
+            volume: feed + induction,
+            cells: (growth - dilution) * cells,
+            nutrient: 100 * feed / volume - dilution * nutrient - growth * cells / 0.51,
+            protein: making * cells - dilution * protein,
+            inducer: 4 * induction / volume - dilution * inducer,
+            shock: -change * shock,
+            recovery: change * (1 - recovery),
+        },
+        initial={
+            volume: 1,
+            cells: 0.1,
+            nutrient: 40,
+            protein: 0,
+            inducer: 0,
+            shock: 1,
+            recovery: 0,
+        },
+        end=10,
+        guess={cells: (0.1, 5), protein: (0, 2), volume: (1, 3), nutrient: (40, 10)},
+    )
+    price, made = 2.5, phase.at_end(volume) * phase.at_end(protein)
+    return Problem("bioreactor", [phase], maximise=made - price * phase.integral(induction))
+
+
 def _of_show(name: str, optimum: float) -> Large:
     """A problem of the show `engine-large`, with its crude guess."""
     variant = variants()[name]
@@ -202,6 +242,12 @@ PROBLEMS = {
         45.0908034,
         "low-thrust transfer in modified equinoctial elements: J. T. Betts, Practical Methods for "
         "Optimal Control, sec. 6.3, without oblateness; a thrust for five revolutions here",
+    ),
+    "bioreactor": Large(
+        bioreactor,
+        5.757109,
+        "induced protein in a fed batch: J. Lee, W. F. Ramirez, AIChE J. 40 (1994), with the "
+        "kinetics of A. Tholudur, W. F. Ramirez (1997); the price of the inducer is 2.5",
     ),
     "powered landing": _of_show("powered_landing", -1666.257154),
     "rigid body": _of_show("rigid_body_turn", 3.2430834),
