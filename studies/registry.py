@@ -24,6 +24,7 @@ COMMANDS: dict[str, str] = {
     "arm sequence": "studies.arm.command:SEQUENCE",
     "codesign": "studies.codesign.command:STUDY",
     "mission": "studies.mission.command:STUDY",
+    "turn": "studies.turn.command:STUDY",
     "pareto truss": "studies.pareto.command:STUDY",
     "pareto arm": "studies.arm.command:TRADE_OFF",
     "robust truss": "studies.robust.command:STUDY",

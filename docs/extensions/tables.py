@@ -37,6 +37,7 @@ from studies.robust import Uncertainty
 from studies.sweep import SweepStudy
 from studies.truss import TrussStudy
 from studies.truss.limits.tolerances import PLAUSIBLE, VERIFICATION
+from studies.turn import TurnStudy
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -224,6 +225,7 @@ GENERATED = {
     "pareto_keys": lambda: key_table(TradeOff),
     "arm_keys": arm_keys,
     "mission_keys": lambda: _rows_of(MissionStudy, {"arm", "truss"}),
+    "turn_keys": lambda: _rows_of(TurnStudy, {"arm", "truss"}),
     "robust_keys": lambda: key_table(Uncertainty),
     "design_keys": lambda: key_table(DesignSpace),
     "flex_keys": flex_keys,

@@ -1,0 +1,29 @@
+"""What `antenna-ocp turn` is."""
+
+from __future__ import annotations
+
+from studies.common.study import Mechanism, Study, Swept
+
+TURNED = Mechanism(
+    title="Stage 2",
+    model=(
+        "The stowed ring is a rigid hoop on the big arm, which is a torsion spring between it and "
+        "a drive whose angle is prescribed.",
+    ),
+)
+
+STUDY = Study(
+    name="turn",
+    summary="the folded antenna turned about the axis of the big arm",
+    description="Finds the turn of least peak torque in a time, or of least time under the caps, "
+    "from rest to rest of an antenna on an arm that twists. Compares it with its closed form, and "
+    "with the paper's laws for the drive.",
+    keys={"": "studies.turn.config:TurnStudy"},
+    state="studies.turn.config:as_dictionary",
+    run="studies.turn.study:run",
+    check="studies.turn.study:check",
+    folder="turn-{0.minimise}",
+    figures="studies.turn.figures:draw",
+    mechanism=TURNED,
+    sweep=Swept(seconds=(3.0, 3.0)),
+)

@@ -1,0 +1,146 @@
+"""What the user asks of stage 2: how far the antenna turns, in what time, and under which caps."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from models.errors import ModelError
+from models.truss import TrussParameters
+from models.turn import TurnParameters, stowed_ring_inertia, torsion_stiffness
+from models.turn.parameters import POISSON
+from studies.arm.config import ArmDescription
+from studies.common.configuration import (
+    check,
+    choice,
+    finite,
+    from_mapping,
+    key,
+    positive,
+    section,
+)
+from studies.common.exit_codes import StudyError
+from studies.truss.config import TrussStudy
+from studies.truss.config import as_dictionary as truss_dictionary
+
+OBJECTIVES = ("peak-torque", "time")
+FULL_TURN = 360.0  # [deg]
+
+
+def _truss(name: str, value: Any) -> TrussParameters:
+    """The ring, as a study of the truss reads it."""
+    del name  # that study says its own
+    return TrussStudy(minimise="energy", truss=value).truss
+
+
+def _turned(name: str, value: Any) -> float:
+    """An angle above zero and at most a full turn."""
+    angle = positive(name, value)
+    if angle > FULL_TURN:
+        raise StudyError(f"{name} is {angle:g} deg; give at most {FULL_TURN:g}")
+    return angle
+
+
+@dataclass(frozen=True, kw_only=True)
+class TurnStudy:
+    """The turn of the folded antenna about the axis of the big arm, from rest to rest.
+
+    Attributes
+    ----------
+    minimise : "peak-torque" in the duration, or "time" under the caps.
+    angle_deg : by which the antenna turns.
+    duration : of the turn; of the least time the longest that is looked at [s].
+    torque : cap on the torque in the big arm, which the drive gives [N m].
+    residual_energy : cap on the swing that is left when the drive stands [J].
+    drive_acceleration : cap on the acceleration of the drive's angle [rad/s^2].
+    poisson : Poisson's ratio of the big arm's tube.
+    truss, arm : the stowed ring; the arm, whose `tip_mass` is the mass of the antenna.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+
+    minimise: str = key(
+        choice(OBJECTIVES), "", f"{' or '.join(OBJECTIVES)} (under the caps)", default="peak-torque"
+    )
+    angle_deg: float = key(_turned, "deg", "by which the antenna turns", default=90.0)
+    duration: float = key(
+        positive, "s", "of the turn; of the least time the longest that is looked at", default=5.0
+    )
+    torque: float = key(positive, "N m", "cap on the torque in the big arm", default=5.0)
+    residual_energy: float = key(
+        positive, "J", "cap on the swing that is left when the drive stands", default=1e-6
+    )
+    drive_acceleration: float = key(
+        positive, "rad/s^2", "cap on the drive's acceleration, an assumption", default=2.0
+    )
+    poisson: float = key(
+        finite, "", "Poisson's ratio of the big arm's tube, an assumption", default=POISSON
+    )
+    truss: TrussParameters = key(
+        _truss,
+        "",
+        "the ring, with the keys of a study of the truss",
+        factory=TrussParameters,
+        flags=(),
+    )
+    arm: ArmDescription = key(
+        section(ArmDescription), "", "the arm; its tip_mass is the antenna", factory=ArmDescription
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+        assert self.parameters  # made once here, so that what cannot turn is said early
+
+    @cached_property
+    def parameters(self) -> TurnParameters:
+        """The antenna on the big arm.
+
+        Raises
+        ------
+        StudyError
+            If the antenna has no mass, or the ratio is none of a material.
+        """
+        try:
+            return TurnParameters(
+                stowed_ring_inertia(self.truss, self.arm.tip_mass),
+                torsion_stiffness(self.arm.parameters, self.poisson),
+            )
+        except ModelError as error:
+            raise StudyError(str(error)) from error
+
+    @property
+    def angle(self) -> float:
+        """D [rad]."""
+        return math.radians(self.angle_deg)
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        what = f"Antenna turned by {self.angle_deg:g} deg about the big arm"
+        if self.minimise == "time":
+            return f"{what}: least time under {self.torque:g} N m"
+        return f"{what} in {self.duration:g} s: least peak torque"
+
+
+def study_from(raw: Mapping[str, Any]) -> TurnStudy:
+    """Check a nested dictionary and return the study it states.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+    return from_mapping(TurnStudy, raw)
+
+
+def as_dictionary(study: TurnStudy) -> dict[str, Any]:
+    """The nested dictionary from which `study_from` makes the same study again."""
+    ring = truss_dictionary(TrussStudy(minimise="energy", truss=study.truss))["truss"]
+    return {**dataclasses.asdict(study), "truss": ring}
