@@ -149,7 +149,7 @@ def _argument(action: argparse.Action) -> tuple[str, str]:
 
 def _markdown(text: str) -> str:
     """Plain text in Markdown: what looks like a mark is none, and flags are code."""
-    escaped = re.sub(r"([|*_<>^\[\]])", r"\\\1", text)
+    escaped = re.sub(r"([|*_<>^\[\]$])", r"\\\1", text)
     return re.sub(r"(?<!`)(--[a-z-]+)", r"`\1`", escaped)
 
 

@@ -67,3 +67,7 @@ def test_parameters_are_listed_with_unit_and_default() -> None:
         in tables.GENERATED["truss_parameters"]()
     )
     assert "| 0 | done; every check passed |" in tables.GENERATED["exit_codes"]()
+
+
+def test_a_dollar_in_a_text_begins_no_formula() -> None:
+    assert not re.search(r"(?<!\\)\$", extension("tables").commands())
