@@ -11,18 +11,18 @@ from __future__ import annotations
 import argparse
 import importlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from benchmarks.shows.fuzz import damage
 from studies.cli import build_parser
 from studies.common.keys import key_lines
-from studies.registry import COMMANDS
+from studies.common.study import Study
+from studies.registry import COMMANDS, command
 
 FAST = ("--intervals", "8", "--starts", "straight", "--seconds", "20")
 TRUSS = ("--objective", "peak-acceleration", "--duration", "5", *FAST)
-TRUSS_STUDY = "studies.truss.config:TrussStudy"
 SMOOTH = (
     'minimise = "peak-force"\nduration = 5\nsolver.intervals = 8\nsolver.starts = ["straight"]\n'
 )
@@ -35,57 +35,53 @@ class Kind:
     Attributes
     ----------
     words : after its name; capital ones stand for files.
-    study : classes of its configuration, each as table=module:name with the name of its table if
-        it has one; empty if it reads no file.
     text : a file that states a cheap study.
     budget : seconds that its words allow it; 0 if it has no such flag.
+    study : classes of its keys, each as table=module:name with the name of its table if it has
+        one; none if it reads no file.
     """
 
     words: Sequence[str] = ()
-    study: str = ""
     text: str = ""
     budget: float = 0.0
+    study: tuple[str, ...] = ()
 
 
-KINDS: Mapping[str, Kind] = {
-    "truss": Kind(TRUSS, TRUSS_STUDY, SMOOTH, 20.0),
+_CHEAP: Mapping[str, Kind] = {
+    "truss": Kind(TRUSS, SMOOTH, 20.0),
     "codesign": Kind(
         ("--objective", "peak-force", *TRUSS[2:], "--designs", "1"),
-        f"{TRUSS_STUDY} design=studies.codesign.config:DesignSpace",
         SMOOTH,
         20.0,
     ),
     "robust truss": Kind(
         ("STUDY", "--draws", "20", "--coarse", "--seconds", "20"),
-        f"{TRUSS_STUDY} robust=studies.robust.config:Uncertainty",
         SMOOTH + "robust.scenarios.rough.pulley_friction = 0.015\n",
     ),
     "pareto truss": Kind(
         ("--objectives", "time,peak-acceleration", "--duration", "4..6", "--points", "3", *FAST),
-        f"{TRUSS_STUDY} pareto=studies.pareto.config:TradeOff",
         'pareto.objectives = ["time", "energy"]\nduration = [4, 6]\npareto.points = 3\n',
     ),
-    "check": Kind(("PROFILE", "--no-optimum"), TRUSS_STUDY, 'minimise = "energy"\n'),
+    "check": Kind(("PROFILE", "--no-optimum"), 'minimise = "energy"\n'),
     "flex": Kind(
         ("--preset", "single-pendulum", "--duration", "0.1", "--elements", "1", "--no-sweep"),
-        "studies.flex.config:FlexStudy",
         "duration = 0.1\ngravity = [0.0, -9.81]\nelements = 1\n[[link]]\nlength = 1.2\n"
         "area = 0.0018\nsecond_moment = 1.2e-8\nmodulus = 2e9\ndensity = 5540.0\n"
         "[[joint]]\nkind = 'free'\n",
     ),
-    "arm solve": Kind((), "studies.arm:ArmStudy", 'stage = "big"\n'),
-    "arm baselines": Kind((), "studies.arm:BaselinesStudy", 'stage = "big"\n'),
-    "arm least-duration": Kind((), "studies.arm:LeastDurationStudy", 'stage = "big"\n'),
-    "arm sequence": Kind((), "studies.arm:SequenceStudy", 'least = "peak-torque"\n'),
+    "arm solve": Kind((), 'stage = "big"\n'),
+    "arm baselines": Kind((), 'stage = "big"\n'),
+    "arm least-duration": Kind((), 'stage = "big"\n'),
+    "arm sequence": Kind((), 'least = "peak-torque"\n'),
     "pareto arm": Kind(
-        ("--coarse", "--seconds", "20"), "studies.arm:TradeOffStudy", "coarse = true\n"
+        ("--coarse", "--seconds", "20"),
+        "coarse = true\n",
     ),
-    "robust arm": Kind((), "studies.arm:RobustStudy", 'stage = "big"\n'),
-    "mission": Kind((), "studies.mission.config:MissionStudy", "refine = false\n"),
-    "paper": Kind((), "studies.paper.config:PaperStudy", "elements = 1\n"),
+    "robust arm": Kind((), 'stage = "big"\n'),
+    "mission": Kind((), "refine = false\n"),
+    "paper": Kind((), "elements = 1\n"),
     "sweep": Kind(
         ("SWEEP", "--plan", "--workers", "1"),
-        "studies.sweep.config:SweepStudy",
         'coarse = true\nbase.minimise = "energy"\nparameters.duration = [4.0, 5.0]\n',
     ),
     "keys": Kind(("truss", "--schema")),
@@ -93,7 +89,19 @@ KINDS: Mapping[str, Kind] = {
     "report": Kind(("RESULTS", "--to", "OUT")),
     "export": Kind(("RESULTS", "--to", "pvt", "--output", "NEW")),
 }
-assert set(KINDS) == set(COMMANDS)
+
+
+def _classes(name: str) -> tuple[str, ...]:
+    """The classes of the keys of a sub-command's file."""
+    found = command(name)
+    keys = found.keys if isinstance(found, Study) else {}
+    return tuple(f"{table}={place}" for table, place in keys.items())
+
+
+# of another sub-command no words are known that are cheap
+KINDS: Mapping[str, Kind] = {
+    name: replace(_CHEAP.get(name, Kind()), study=_classes(name)) for name in COMMANDS
+}
 
 MEANT = 0.3  # share of lines in which nothing is spoilt on purpose
 LIKELY = ("0.01", "0.1", "0.5", "1", "2", "3", "5", "10", "20", "60", "100", "1000")
@@ -242,7 +250,7 @@ def _file(rng: np.random.Generator, line: Line) -> None:
         line.files[other] = _text(rng, KINDS[line.name] if other == "STUDY" else DRIVE)
 
 
-DRIVE = Kind((), "studies.drive.schema:Drive", "drum_radius = 0.05\n")
+DRIVE = Kind((), "drum_radius = 0.05\n", study=("=studies.drive.schema:Drive",))
 
 
 def _state(rng: np.random.Generator, line: Line, kind: Kind) -> None:
@@ -256,15 +264,15 @@ def _state(rng: np.random.Generator, line: Line, kind: Kind) -> None:
 
 def _keys(study: str) -> list[str]:
     """All keys of a class of a configuration."""
-    *table, place = study.split("=")
+    table, _, place = study.partition("=")
     module, name = place.split(":")
     kind = getattr(importlib.import_module(module), name)
-    return [line.key for line in key_lines(kind, f"{table[0]}." if table else "")]
+    return [line.key for line in key_lines(kind, f"{table}." if table else "")]
 
 
 def _text(rng: np.random.Generator, kind: Kind) -> bytes:
     """A file of a study with some keys spoilt, or the file itself."""
-    keys = [key for study in kind.study.split() for key in _keys(study)]
+    keys = [key for study in kind.study for key in _keys(study)]
     lines = kind.text.splitlines()
     stated = {line.split(" =")[0] for line in lines}
     for _ in range(int(rng.integers(0, 3))):
@@ -273,7 +281,7 @@ def _text(rng: np.random.Generator, kind: Kind) -> bytes:
             key = _one(rng, (key[:-1] or "y", key + ".x", "x", '"a b"', key.upper(), "a" * 300))
         lines.insert(0, f"{key} = {_one(rng, TOML)}")
         stated.add(key)
-    if rng.random() < 0.3:  # a value of the cheap study, too
+    if lines and rng.random() < 0.3:  # a value of the cheap study, too
         place = int(rng.integers(len(lines)))
         lines[place] = f"{lines[place].split(' =')[0]} = {_one(rng, TOML)}"
     data = ("\n".join(lines) + "\n").encode()
