@@ -18,7 +18,7 @@ import math
 import time
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -60,22 +60,36 @@ class Reference:
     random_starts : beside the crude one and the engine's answers.
     audits : whether an audit looks for the better optimum where an answer is another one.
     guesses : from which the engine solves.
+    seconds : of the processor, for a run of the plain collocation.
+    known : further values of the objective by name, which no mesh has.
     """
 
     intervals: int = 200
     random_starts: int = 3
     audits: bool = True
     guesses: Sequence[str] = GUESSES
+    seconds: float = PLAIN_SECONDS
+    known: Mapping[str, float] = field(default_factory=dict)
 
 
 def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
-    """The answers of the engine beside those of the plain collocation."""
-    plain, half = (Plain(variant, reference.intervals // part) for part in (1, 2))
+    """The answers of the engine beside those of the plain collocation.
+
+    What making the plain program and its run from the crude guess take is there as `expert`.
+    """
+    begin = time.process_time()
+    plain = Plain(variant, reference.intervals, reference.seconds)
+    crude = plain.solve(crude_start(variant))
+    seconds = time.process_time() - begin
+    expert = {"seconds": seconds, "iterations": crude.iterations, "status": crude.status}
+
+    half = Plain(variant, reference.intervals // 2, reference.seconds)
     starts = {"crude": crude_start(variant)} | {
         f"random {k}": crude_start(variant, np.random.default_rng(k))
         for k in range(1, reference.random_starts + 1)
     }
-    values = {name: plain.solve(start).objective for name, start in starts.items()}
+    values = {name: plain.solve(s).objective for name, s in starts.items() if name != "crude"}
+    values |= {"crude": crude.objective, **reference.known}
     coarse = {"crude": half.solve(starts["crude"]).objective}
 
     answers: dict[str, dict[str, Any]] = {}
@@ -92,13 +106,21 @@ def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
     if ends and doubted(answers):
         # a start that led nowhere is no better on a mesh four times as fine, and takes longest
         led = {name: start for name, start in starts.items() if math.isfinite(values[name])}
-        found = judged_finer(variant, answers, reference.intervals, led, ends)
+        found = judged_finer(
+            variant,
+            answers,
+            reference.intervals,
+            led,
+            ends,
+            seconds=reference.seconds,
+            known=reference.known,
+        )
 
     for guess, own in answers.items():
         own["audited"] = None
         if own["kind"] == "other optimum" and reference.audits:
             own["audited"] = _audited(variant, guess, found["best"], found["same"])
-    return {**found, "answers": answers}
+    return {**found, "expert": expert, "answers": answers}
 
 
 def judged(

@@ -3,7 +3,7 @@
 Case i is problem i of `problems/large.toml` and of `repeated.py`. Seed 0 takes the numbers of the
 files; another seed draws those that have a range, case by case, so that further cases are further
 draws. Single runs say little of the seconds, because last digits decide over rounds. Each is solved
-from its crude guess by `ocp.solve` with default settings, within `SECONDS`, and by the plain
+from its crude guess by `ocp.solve` with default settings, within 300 s, and by the plain
 collocation (`plain.py`) on as many intervals as an expert would take. That one shares no code with
 the engine. It starts from the same guess, and once more where the engine ended, which tells another
 optimum from a wrong answer. An optimum that the source states is one more reference.
@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import math
 import statistics
-import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,19 +29,10 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.shows.engine.comparison import (
-    SECONDS,
-    by_engine,
-    doubted,
-    judged,
-    judged_finer,
-    start_from,
-)
-from benchmarks.shows.engine.plain import Plain, crude_start
+from benchmarks.shows.engine.comparison import Reference, compared
 from benchmarks.shows.engine.repeated import REPEATED
 from benchmarks.shows.engine.variant import Variant, catalogue
 from benchmarks.shows.show import Columns, Question, Row, listed
-from ocp import Settings
 from studies.common.console import Table, number
 
 LINE = "larger problems from the literature beside an expert's plain collocation"
@@ -81,41 +71,25 @@ def answer(question: Question, folder: Path) -> Row:
     """Solve it by both and compare."""
     del folder
     variant = replace(variants()[question["problem"]], numbers=question["numbers"])
-    intervals = variant.stated["intervals"]
-
-    begin = time.process_time()
-    plain = Plain(variant, intervals, EXPERT)
-    found = plain.solve(crude_start(variant))
-    expert = time.process_time() - begin
-    half = Plain(variant, intervals // 2, EXPERT)
-    optimum = variant.stated.get("optimum")
+    intervals, optimum = variant.stated["intervals"], variant.stated.get("optimum")
     known = {} if optimum is None else {"stated": optimum}
-    values = {"crude": found.objective, **known}
-    coarse = {"crude": half.solve(crude_start(variant)).objective}
-
-    row, solution = by_engine(variant, "crude", Settings(seconds=SECONDS))
-    start = None if solution is None else start_from(solution)
-    if start is not None:
-        values["engine"] = plain.solve(start, close=True).objective
-        coarse["engine"] = half.solve(start, close=True).objective
-    answers = {"crude": row}
-    reference = judged(variant, answers, values, coarse)
-    if start is not None and doubted(answers):
-        starts, ends = {"crude": crude_start(variant)}, {"engine": start}
-        reference = judged_finer(
-            variant, answers, intervals, starts, ends, seconds=EXPERT, known=known
-        )
-    if row["value"] is None:
-        row["kind"] = "failure"
-    elif row["kind"] == "right" and _LOOSER in row["words"]:
-        row["kind"] = "looser"
-    return {
-        **reference,
-        "engine": row,
-        "optimum": optimum,
-        "intervals": intervals,
-        "expert": {"seconds": expert, "iterations": found.iterations, "status": found.status},
-    }
+    found = compared(
+        variant,
+        Reference(
+            intervals,
+            random_starts=0,
+            audits=False,
+            guesses=("crude",),
+            seconds=EXPERT,
+            known=known,
+        ),
+    )
+    own = found.pop("answers")["crude"]
+    if own["value"] is None:
+        own["kind"] = "failure"
+    elif own["kind"] == "right" and _LOOSER in own["words"]:
+        own["kind"] = "looser"
+    return {**found, "engine": own, "optimum": optimum, "intervals": intervals}
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
