@@ -59,8 +59,11 @@ if TYPE_CHECKING:
     from ocp.algorithm import solve
     from ocp.analysis.correction import Corrected, corrected
     from ocp.analysis.family import Family, Member, family
-    from ocp.analysis.front.continuation import FrontPoint
-    from ocp.analysis.front.pareto import ParetoFront, front
+    from ocp.analysis.front.both_ways import front_between
+    from ocp.analysis.front.continuation import FrontPoint, FrontSubject, FrontWay, PointNotFound
+    from ocp.analysis.front.envelope import ParetoFront
+    from ocp.analysis.front.neighbours import NeighbourSolver
+    from ocp.analysis.front.pareto import front
     from ocp.analysis.homotopy import Homotopy, homotopy
     from ocp.analysis.lexicographic import Lexicographic, PriorityLevel, solve_lexicographic
     from ocp.analysis.multistart import Audit, audit
@@ -68,7 +71,7 @@ if TYPE_CHECKING:
     from ocp.analysis.parametric import Prepared, prepare
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
     from ocp.analysis.scaling_report import scaling_report
-    from ocp.analysis.sensitivity import ActiveSetWarning, Sided
+    from ocp.analysis.sensitivity import ActiveSetWarning, Sided, slopes_by_multipliers
     from ocp.diagnostics.certificate import STANDARD, Certificate, certify
     from ocp.diagnostics.diagnostic import Diagnostic, Evidence, Finding, Tolerances
     from ocp.diagnostics.second_solve import confirm
@@ -90,15 +93,18 @@ _LATER = {
     "algorithm": ("solve",),
     "analysis.correction": ("Corrected", "corrected"),
     "analysis.family": ("Family", "Member", "family"),
-    "analysis.front.continuation": ("FrontPoint",),
-    "analysis.front.pareto": ("ParetoFront", "front"),
+    "analysis.front.both_ways": ("front_between",),
+    "analysis.front.continuation": ("FrontPoint", "FrontSubject", "FrontWay", "PointNotFound"),
+    "analysis.front.envelope": ("ParetoFront",),
+    "analysis.front.neighbours": ("NeighbourSolver",),
+    "analysis.front.pareto": ("front",),
     "analysis.homotopy": ("Homotopy", "homotopy"),
     "analysis.lexicographic": ("Lexicographic", "PriorityLevel", "solve_lexicographic"),
     "analysis.optima": ("Optimum", "Trial"),
     "analysis.parametric": ("Prepared", "prepare"),
     "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
     "analysis.scaling_report": ("scaling_report",),
-    "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
+    "analysis.sensitivity": ("ActiveSetWarning", "Sided", "slopes_by_multipliers"),
     "analysis.multistart": ("Audit", "audit"),
     "refinement.policies.moving_mesh": ("MovingMesh", "coarsened"),
     "nlp.ipopt": ("Ipopt",),
@@ -142,6 +148,8 @@ __all__ = [
     "Finding",
     "FixedMesh",
     "FrontPoint",
+    "FrontSubject",
+    "FrontWay",
     "Functional",
     "Gauss",
     "HermiteSimpson",
@@ -160,6 +168,7 @@ __all__ = [
     "MeshIteration",
     "MeshPolicy",
     "MovingMesh",
+    "NeighbourSolver",
     "NlpResult",
     "NlpSolver",
     "NumericalTrouble",
@@ -170,6 +179,7 @@ __all__ = [
     "Phase",
     "PhaseMesh",
     "PhaseTrajectory",
+    "PointNotFound",
     "Prepared",
     "PriorityLevel",
     "Problem",
@@ -200,6 +210,7 @@ __all__ = [
     "corrected",
     "family",
     "front",
+    "front_between",
     "homotopy",
     "joined",
     "load",
@@ -209,6 +220,7 @@ __all__ = [
     "relaxed",
     "save",
     "scaling_report",
+    "slopes_by_multipliers",
     "solve",
     "solve_lexicographic",
     "with_objective",

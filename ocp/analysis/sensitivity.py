@@ -191,6 +191,15 @@ def slopes_by_multipliers(solution: Solution) -> dict[str, float]:
     nothing says so. It takes a fraction of a second, where the question about the others takes
     some seconds on a fine mesh.
 
+    Parameters
+    ----------
+    solution : Solution
+
+    Returns
+    -------
+    dict
+        By the name of the number [unit of the objective by that of the number].
+
     Raises
     ------
     StatementError

@@ -79,12 +79,12 @@ TRADE_OFF = replace(
     summary="what less of one quantity of the arm costs in another",
     description="Finds the front of two of duration, residual energy, peak torque and deflection "
     "of the arm: the least of one under each limit on the other, from both ends, with prices, knee "
-    "and gaps. Of three it is a surface, found slice by slice. Every point was replayed on the "
-    "full model, and leaves it still where the residual energy is not traded. With "
-    "time,residual-energy it sets what the smoothest motion and the smooth laws leave against the "
-    "duration.",
+    "and gaps. Every point was replayed on the full model, and leaves it still where the residual "
+    "energy is not traded.",
     keys={"": "studies.arm.trade_off:TradeOffStudy"},
     folder="arm-{0.stage}-trade-off",
+    resumes=True,
+    sweep=Swept(coarse={"coarse": True}, seconds=(300.0, 100.0)),
 )
 ROBUST = replace(
     BASELINES,

@@ -55,10 +55,6 @@ HALVINGS = 40  # for the shortest duration of a law under the cap
 OPTIMUM_FACTORS = (4.04, 5.0)  # caps in J D/T^2 between which the optimum's duration is sought
 OPTIMUM_SEARCHES = 6
 
-# Trade-off of residual and duration
-TRADE_OFF_RATIOS = (0.7, 0.85, 1.0, 1.2, 1.5)  # of the stage's duration, on the full model
-TRADE_OFF_REDUCED = 161  # durations on B21
-
 # Fronts
 FRONT_DURATIONS = (0.8, 1.5)  # of the stage's duration
 FRONT_POINTS = 20  # that either walk may take
@@ -72,9 +68,6 @@ WIDEST_AT_LEAST = 1.1  # of the highest limit on the torque over the lowest one
 # more was hardly stopped
 OF_TURNING = 0.1
 CALMER = 10.0  # by which the smoothness is made heavier where the full model does not rest
-FRONT_COARSE_POINTS = 6
-SLICE_SECONDS = 100.0, 60.0  # that a slice takes, and one of a sketch, with its share of the ends
-FRONT_SECONDS = 3600.0  # that all slices may take
 
 # Both stages as one problem
 BARRIERS: tuple[Barrier, ...] = ("adaptive", "monotone")  # tried one after the other

@@ -17,7 +17,6 @@ from studies.arm.config import (
 from studies.arm.optimal.solve import check_bending
 from studies.arm.questions.baselines import compare_baselines
 from studies.arm.questions.fronts.study import front
-from studies.arm.questions.fronts.surface import ArmSurface
 from studies.arm.questions.least_duration import find_least_durations
 from studies.arm.questions.one_motion import check_study, solve_motion
 from studies.arm.questions.robust.comparison import find_robust
@@ -27,9 +26,8 @@ from studies.arm.questions.sequence.study import (
     find_sequence,
     stated_case,
 )
-from studies.arm.questions.trade_off import trade_off
-from studies.arm.trade_off import LAWS_LEFT, TradeOffStudy
-from studies.common.console import Console, at_work, silent
+from studies.arm.trade_off import TradeOffStudy
+from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.result import Result
@@ -43,13 +41,11 @@ AnyArmStudy = (
 _KEEPING: Mapping[type[Any], Callable[[Any, Console, FinishedStarts | None], Result]] = {
     ArmStudy: solve_motion,
     SequenceStudy: find_sequence,
+    TradeOffStudy: front,
 }
 _ANSWERS: Mapping[type[Any], Callable[[Any, Console], Result]] = {
     BaselinesStudy: compare_baselines,
     LeastDurationStudy: find_least_durations,
-    TradeOffStudy: lambda study, console: (trade_off if study.objectives == LAWS_LEFT else front)(
-        study, console
-    ),
     RobustStudy: find_robust,
 }
 
@@ -64,8 +60,6 @@ def check(study: AnyArmStudy, console: Console | None = None) -> None:
     """
     if isinstance(study, ArmStudy):
         check_study(study)
-    elif isinstance(study, TradeOffStudy) and study.sliced is not None:
-        ArmSurface(study, console or silent()).check()
     elif isinstance(study, StageStudy):
         check_bending(study.slew)
     elif isinstance(study, SequenceStudy):
@@ -89,8 +83,8 @@ def run(
     console : Console, optional
         Where lines of progress go: standard error by default. `silent()` shows none.
     kept : FinishedStarts, optional
-        Where the solves of an `ArmStudy` or a `SequenceStudy` go to, and where those of an
-        earlier run are read.
+        Where the solves of an `ArmStudy`, `SequenceStudy` or `TradeOffStudy` go to, and where those
+        of an earlier run are read.
 
     Returns
     -------

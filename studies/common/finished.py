@@ -5,13 +5,20 @@ Each start is one file, written beside its place and renamed: it is there as a w
 
 from __future__ import annotations
 
+import io
 import json
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
 
 from ocp import Interrupted, OcpError, Problem, Trial
+from ocp.arrays import Array
 from ocp.solution.storage import packed, unpacked
 from studies.common.foreign_text import parsed_json
+from studies.common.stored_arrays import stored_arrays
 
 FOLDER = "starts"
 
@@ -39,7 +46,7 @@ class FinishedStarts:
         if stopped or isinstance(trial.error, Interrupted):
             return
         place = self.folder / FOLDER
-        place.mkdir(exist_ok=True)
+        place.mkdir(parents=True, exist_ok=True)
         record = {
             "value": trial.value if trial.value == trial.value else None,
             "seconds": trial.seconds,
@@ -50,6 +57,25 @@ class FinishedStarts:
             _write(place / f"{kind}-{trial.name}.ocp", data)
         # the record comes last: where it is, the rest is
         _write(place / f"{kind}-{trial.name}.json", json.dumps(record).encode())
+
+    def keep_arrays(self, name: str, arrays: Mapping[str, Array]) -> None:
+        """Write arrays of doubles, such as those of a motion that a search found."""
+        place = self.folder / FOLDER
+        place.mkdir(parents=True, exist_ok=True)
+        stream = io.BytesIO()
+        np.savez_compressed(stream, **cast(Any, dict(arrays)))
+        _write(place / f"{name}.npz", stream.getvalue())
+
+    def arrays(self, name: str, names: Iterable[str]) -> dict[str, Array]:
+        """The arrays of these names that were kept; empty where there are none, or damaged ones."""
+        try:
+            return stored_arrays(self.folder / FOLDER / f"{name}.npz", names)
+        except ValueError:
+            return {}
+
+    def within(self, name: str) -> FinishedStarts:
+        """Those of a part of the study, such as one of several searches."""
+        return FinishedStarts(self.folder / FOLDER / name)
 
     def read(self, kind: str, name: str, problem: Problem | None) -> Trial | None:
         """What came of a start; None if its files are damaged, so that it is solved again.

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from studies.common.late_names import late_names
 
 if TYPE_CHECKING:
+    from studies.fronts.figures import draw as draw
     from studies.pareto.config import ParetoStudy as ParetoStudy
-    from studies.pareto.config import pareto_from as pareto_from
-    from studies.pareto.figures import draw as draw
+    from studies.pareto.config import study_from as study_from
     from studies.pareto.study import run as run
 
 __getattr__ = late_names(__name__, __file__)

@@ -1,4 +1,4 @@
-"""What fronts and surfaces of the truss are held against: laws, bounds, and their axes."""
+"""What fronts of the truss are held against: laws, bounds, and their axes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from studies.common.comparison_table import TableRow
-from studies.pareto.columns import FrontAxis
+from studies.fronts.columns import FrontAxis
 from studies.truss.checks import broken_caps, table_rows
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
@@ -46,7 +46,7 @@ def compared(
     return table_rows(free, motions, lowest), bounds
 
 
-def broken_titles(truss: TrussStudy, law: Deployment, limited: Sequence[str]) -> tuple[str, ...]:
-    """Titles of the caps that a law breaks, all but those on what is limited."""
+def broken_titles(truss: TrussStudy, law: Deployment, limited: str) -> tuple[str, ...]:
+    """Titles of the caps that a law breaks, all but that on what is limited."""
     broken = broken_caps(truss, law.values)
-    return tuple(QUANTITIES[key].title for key in broken if key not in limited)
+    return tuple(QUANTITIES[key].title for key in broken if key != limited)

@@ -8,30 +8,37 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from ocp.analysis.front.continuation import FrontPoint
+from ocp import FrontPoint
+from ocp.arrays import Array
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.result import Result, Series
-from studies.pareto.config import pareto_from
-from studies.pareto.truss import study_at
+from studies.fronts.columns import point_name
+from studies.pareto.config import limited, study_from
 from studies.truss.config import as_dictionary
 from studies.truss.motions.deployment import Deployment, how_to_read
 from studies.truss.motions.laws import BEFORE, stored_law
 from studies.truss.study import KNOTS, series_of
 
 # what a law is made of again
-COLUMNS = ("time", "angle", "angular_speed", "angular_acceleration", BEFORE, *KNOTS)
+LAW_COLUMNS = ("time", "angle", "angular_speed", "angular_acceleration", BEFORE, *KNOTS)
+
+
+def law_columns(deployment: Deployment) -> dict[str, Array]:
+    """The columns that `stored_law` makes a motion's law of again."""
+    columns = series_of(deployment)
+    return {name: columns[name].values for name in LAW_COLUMNS if name in columns}
 
 
 def motion_series(points: Sequence[FrontPoint]) -> dict[str, Series]:
     """The laws of all points, each along axes of its own."""
     arrays = {}
     for number, point in enumerate(points, start=1):
-        columns = series_of(point.motion.deployment)
-        for name in COLUMNS:
+        columns, head = series_of(point.motion.deployment), f"{point_name(number)}/"
+        for name in LAW_COLUMNS:
             if name in columns:
                 series = columns[name]
-                kept = dataclasses.replace(series, axis=f"{_head(number)}{series.axis}")
-                arrays[f"{_head(number)}{name}"] = kept
+                kept = dataclasses.replace(series, axis=f"{head}{series.axis}")
+                arrays[f"{head}{name}"] = kept
     return arrays
 
 
@@ -46,7 +53,7 @@ def motion_of(result: Result, name: str) -> Result:
     count = sum(key.endswith("/angle") for key in result.arrays)
     if count == 0:
         raise StudyError("the front was stored without its motions; run its study again")
-    named = {_head(number).removesuffix("/"): number for number in range(1, count + 1)}
+    named = {point_name(number): number for number in range(1, count + 1)}
     if name not in named:
         raise StudyError(
             f"--motion is {quoted(name)}; this front has 'point 1' to 'point {count}', in the "
@@ -54,16 +61,14 @@ def motion_of(result: Result, name: str) -> Result:
         )
 
     number = named[name]
-    head = _head(number)
+    head = f"{name}/"
     columns = {
         key.removeprefix(head): series.values
         for key, series in result.arrays.items()
         if key.startswith(head)
     }
-    asked = pareto_from(result.configuration)
-    limit = float(result.arrays["limit"].values[number - 1])
-    level = result.arrays["slice"].values[number - 1] if asked.pareto.sliced else None
-    study = study_at(asked, limit, level)
+    asked, limit = study_from(result.configuration), result.arrays["limit"].values[number - 1]
+    study = limited(asked.truss, asked.pareto.limited, float(limit))
     deployment = Deployment(name, stored_law(columns), study.truss, study.drive, study.margin)
     return dataclasses.replace(
         result,
@@ -73,7 +78,3 @@ def motion_of(result: Result, name: str) -> Result:
         arrays=series_of(deployment),
         details={"study": as_dictionary(study), "how_to_read": how_to_read(deployment)},
     )
-
-
-def _head(number: int) -> str:
-    return f"point {number}/"

@@ -1,18 +1,15 @@
 """Fronts of the truss: what continuation asks of it, and where its walks begin.
 
 The limit is a constant of the engine's problem: a bound of a signal, of an expression or of the
-duration. Each solve starts from the variables and the multipliers of its neighbour, on its mesh,
-whose program is kept. Where arcs leave the intervals that were made for them, the next mesh has few
-intervals, all of whose breakpoints move with the arcs. Where such a mesh fails, one that stays is
-refined.
+duration. Each solve starts from its neighbour's, see `ocp.NeighbourSolver`.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -22,32 +19,33 @@ from ocp import (
     Accuracy,
     AdaptiveMesh,
     Constant,
-    FixedMesh,
+    FrontPoint,
+    FrontWay,
     Interrupted,
-    MovingMesh,
+    NeighbourSolver,
     OcpError,
+    PointNotFound,
     Problem,
     Settings,
     Solution,
-    SolveFailed,
     Trajectory,
-    Unverified,
-    solve,
+    Trial,
+    slopes_by_multipliers,
 )
-from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
-from ocp.analysis.sensitivity import slopes_by_multipliers
-from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
 from studies.common.console import Console
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import FinishedStarts
 from studies.common.second_solve import SecondSolve, second_solve
-from studies.pareto.config import ParetoStudy
+from studies.pareto.config import ParetoStudy, limited
+from studies.pareto.laws import axis_of
+from studies.pareto.motions import LAW_COLUMNS, law_columns
 from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.limits.bounds import lower_bounds
-from studies.truss.limits.caps import CAPPED, cap_on
+from studies.truss.limits.caps import cap_on
 from studies.truss.limits.feasibility import Unattained
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import law_of
+from studies.truss.motions.laws import law_of, stored_law
 from studies.truss.motions.starts import start_from_law
 from studies.truss.problem import Statement, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
@@ -76,9 +74,6 @@ ROUNDS = 12
 # what a point may take: iterations, so that a slow machine finds the same points, and seconds, so
 # that a crawl ends
 ITERATIONS, SECONDS = 1500, 180.0
-MOVING_ITERATIONS = 500  # on a mesh that moves, which converges soon or not at all
-# of the range of a signal: what a breakpoint of a mesh that moves has to be worth
-MERGED = 5e-4
 
 LONGER = 1.01  # than the longest duration that is asked for, which a program leaves as room
 
@@ -86,6 +81,10 @@ LONGER = 1.01  # than the longest duration that is asked for, which a program le
 # least itself there is no room for anything, and near it little.
 ABOVE_THE_LEAST = (2e-3, 1e-2, 5e-2)
 COARSE_START = ("bezier",)
+# Times the least limit, where a front ends whose other end is open and was not found: 20 times the
+# least acceleration takes almost all of the force that acceleration saves.
+FAR = 20.0
+POINT = "point"  # kind of the files of finished points
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,13 +96,11 @@ class FrontMotion:
     program : the problem that it solves, with its limit as a constant.
     solution : of the engine.
     deployment : its law on the truss.
-    slopes : of what is least by every named number of the program.
     """
 
     program: FrontProgram
     solution: Solution
     deployment: Deployment
-    slopes: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,48 +112,30 @@ class FrontProgram:
     limit: Constant
 
 
-def _moves(solution: Solution) -> bool:
-    """Whether the breakpoints of a solution's mesh move."""
-    return any(phase.movable for phase in solution.mesh.phases)
-
-
-def _gain(solution: Solution) -> float:
-    """What finer controls promise, relative to the objective."""
-    return solution.mesh_iterations[-1].gain
-
-
-def study_at(study: ParetoStudy, limit: float, level: float | None = None) -> TrussStudy:
-    """A study of the truss that asks for one point of a front; of a slice with its level, too."""
-    truss, sliced = study.truss, study.pareto.sliced
-    if sliced is not None and level is not None:
-        truss = limited(truss, sliced, level)
-    return limited(truss, study.pareto.limited, limit)
-
-
-def limited(truss: TrussStudy, name: str, limit: float) -> TrussStudy:
-    """A study with a limit on a quantity; that of the time is its longest duration."""
-    if name == "time":
-        return replace(truss, duration=(truss.duration[0], limit))
-    return replace(truss, caps=replace(truss.caps, **{CAPPED[name]: limit}))
-
-
 class TrussFront:
-    """A study's motions as points of a front; a `continuation.Subject`."""
+    """A study's motions as points of a front; a `fronts.found.MechanismFront`.
+
+    Attributes
+    ----------
+    kept : FinishedStarts or None
+        Where ends and points go to, and where those of an earlier run are read. A front is walked
+        in the same order whenever it is run, so that a point is known by its number and its limit.
+    """
+
+    known = 0.0  # no end is like the other one by chance
 
     def __init__(self, study: ParetoStudy, console: Console) -> None:
         self.study, self.console = study, console
+        self.kept: FinishedStarts | None = None
         self.limited, self.least = study.pareto.limited, study.pareto.least
+        self.axes = axis_of(self.limited), axis_of(self.least)
         coarse = study.pareto.coarse
         own = study.truss
         if coarse:
             options = SolverOptions(starts=COARSE_START, seconds=own.solver.seconds)
             own = replace(own, solver=options)
         self.truss = own
-        self.traded = frozenset({self.limited, self.least})
-        # further limits that are constants of the program, and their values
-        self.others: dict[str, Constant] = {}
-        self.constants: dict[Constant, float] = {}
-        self.solves = self.refined = 0
+        self.solves = self.searches = 0
         self.settings = Settings(
             intervals=COARSE_INTERVALS if coarse else INTERVALS,
             accuracy=ACCURACY,
@@ -164,15 +143,7 @@ class TrussFront:
             iterations=ITERATIONS,
             seconds=SECONDS,
         )
-        # on the neighbour's mesh if that will do, whose program is kept
-        self.kept = Settings(refinement=FixedMesh(), iterations=ITERATIONS, seconds=SECONDS)
-        # else on few intervals that follow the arcs
-        self.moving = replace(
-            self.settings,
-            refinement=MovingMesh(kept=KEPT),
-            iterations=MOVING_ITERATIONS,
-        )
-        self.closer = replace(self.settings, accuracy=Accuracy(objective=ACCURACY.objective))
+        self.solver = NeighbourSolver(self.settings, KEPT, console.live)
 
     def check(self) -> None:
         """Refuse what no motion meets.
@@ -210,30 +181,47 @@ class TrussFront:
         """The study with a limit."""
         return limited(self.truss, self.limited, limit)
 
-    def ends(self) -> tuple[tuple[tuple[float, ...], Law], tuple[float, Law]]:
-        """Lowest limits to try and the highest, each with a motion that a search found there.
+    def ends(self) -> Iterator[FrontPoint]:
+        """The points at the lowest and at the highest limit, from motions that searches found.
 
         Raises
         ------
-        StudyError
-            If there is none.
+        StudyError, PointNotFound
+            If one has none.
         """
+        (lows, slow), (high, free) = self._limits()
+        yield self.first(self.program(slow, high), lows, "up")
+        yield self.first(self.program(free, high), (high,), "down")
+
+    def _limits(self) -> tuple[tuple[tuple[float, ...], Law], tuple[float, Law]]:
+        """Lowest limits to try and the highest, each with a motion that a search found there."""
         if self.study.pareto.range is not None:
             low, high = self.study.pareto.range
             return ((low,), self._found(self.at(low))), (high, self._found(self.at(high)))
 
-        least = self._least_limit()
-        lows = tuple(least[0] * (1 + part) for part in ABOVE_THE_LEAST)
-        stated = self.truss.duration[1] if self.limited == "time" else self._cap
-        law = self._found(self.truss)
-        high = stated or self._deployment(law).values[self.limited]
+        least, slow = self._least_limit()
+        lows = tuple(least * (1 + part) for part in ABOVE_THE_LEAST)
+        high, law = self._highest_limit(lows[-1])
         if high <= lows[0]:
             raise StudyError(
                 f"there is nothing to trade: the least {QUANTITIES[self.least].title} comes with "
-                f"the least {QUANTITIES[self.limited].title}, {least[0]:.6g} "
+                f"the least {QUANTITIES[self.limited].title}, {least:.6g} "
                 f"{QUANTITIES[self.limited].unit}"
             )
-        return (lows, least[1]), (high, law)
+        return (lows, slow), (high, law)
+
+    def _highest_limit(self, low: float) -> tuple[float, Law]:
+        """The limit at which the other objective is least, and its motion."""
+        stated = self.truss.duration[1] if self.limited == "time" else self._cap
+        try:
+            law = self._found(self.truss)
+        except StudyError as error:
+            if self.least not in self.open_ends or error.exit_code is not ExitCode.NOT_SOLVED:
+                raise
+            # near a limit that no motion attains a search may end nowhere
+            high = stated or FAR * low
+            return high, self._found(self.at(high))
+        return stated or self._deployment(law).values[self.limited], law
 
     @property
     def _cap(self) -> float | None:
@@ -250,8 +238,18 @@ class TrussFront:
 
     def _found(self, study: TrussStudy) -> Law:
         """The best motion of a search from all starts."""
+        self.searches += 1
         self.console.progress(f"an end of the front: {study.question}")
-        return best_law(study, self.console)
+        if self.kept is None:
+            return best_law(study, self.console)
+        name = f"end-{self.searches}"
+        columns = self.kept.arrays(name, LAW_COLUMNS)
+        if not columns:
+            law = best_law(study, self.console, kept=self.kept.within(name))
+            self.kept.keep_arrays(name, law_columns(self._deployment(law)))
+            # as another run would read it
+            columns = self.kept.arrays(name, LAW_COLUMNS)
+        return stored_law(columns)
 
     def _deployment(self, law: Law) -> Deployment:
         return Deployment("front", law, self.truss.truss, self.truss.drive, self.truss.margin)
@@ -263,8 +261,7 @@ class TrussFront:
         price = PRICE * first_price(study, 0, single, True)
         start = start_from_law("end of the front", law, study)
         # the rope's pull matters everywhere but in some slow motions: there it costs a few rows
-        limits = {self.limited: limit, **self.others}
-        statement = state(study, start, single, True, price, limits=limits)
+        statement = state(study, start, single, True, price, limits={self.limited: limit})
         return FrontProgram(statement, statement.problem(), limit)
 
     def stated(self, highest: float) -> TrussStudy:
@@ -274,25 +271,25 @@ class TrussFront:
         neither would have a price of its own.
         """
         study = self.at(highest)
-        if "time" in (self.limited, *self.others):
+        if self.limited == "time":
             return replace(study, duration=(study.duration[0], LONGER * study.duration[1]))
         return study
 
-    def first(self, program: FrontProgram, limits: Sequence[float], way: Way) -> FrontPoint:
+    def first(self, program: FrontProgram, limits: Sequence[float], way: FrontWay) -> FrontPoint:
         """The point at the end of a front, from the program's own start; the first of some."""
         for limit in limits[:-1]:
             try:
                 return self._point(program, limit, None, way, afresh=False)
-            except NotFoundError as error:
+            except PointNotFound as error:
                 self.console.progress(f"no motion was found at {limit:.6g}: {error}")
         return self._point(program, limits[-1], None, way, afresh=False)
 
-    def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+    def near(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
         """The point at a limit, from the variables and multipliers of a neighbour."""
         motion: FrontMotion = before.motion
         return self._point(motion.program, limit, motion.solution, way, afresh=False)
 
-    def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+    def afresh(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
         """The same from the neighbour's motion alone, and a first mesh."""
         motion: FrontMotion = before.motion
         return self._point(motion.program, limit, motion.solution.trajectory, way, afresh=True)
@@ -302,40 +299,70 @@ class TrussFront:
         program: FrontProgram,
         limit: float,
         guess: Solution | Trajectory | None,
-        way: Way,
+        way: FrontWay,
         afresh: bool,
     ) -> FrontPoint:
         self.solves += 1
+        name = f"{self.solves:03d}-{limit:.9g}"
+        trial = None if self.kept is None else self.kept.read(POINT, name, program.problem)
+        earlier = trial is not None
+        if trial is None:
+            trial = self._tried(name, program, limit, guess)
+            if self.kept is not None:  # before it is said: who reads it may kill the process
+                self.kept.keep(POINT, trial)
+        across = self.axes[0]
+        self.console.progress(
+            f"solve {self.solves} of the front, {across.title} at most {limit:.5g} {across.unit}: "
+            + ("in an earlier run" if earlier else f"{trial.seconds:.1f} s")
+        )
+        if trial.solution is None:
+            raise PointNotFound(str(trial.error))
+        try:
+            deployment, failed = self._held(program, limit, trial.solution)
+        except ModelError as error:
+            raise PointNotFound(str(error)) from error
+        if failed:
+            raise PointNotFound("; ".join(failed))
+        return self._told(program, limit, trial, deployment, way, afresh)
+
+    def _tried(
+        self,
+        name: str,
+        program: FrontProgram,
+        limit: float,
+        guess: Solution | Trajectory | None,
+    ) -> Trial:
+        """What comes of a solve at a limit."""
         begin = clock.perf_counter()
         try:
-            solution = self._solved(program, limit, guess)
-            deployment, failed = self._held(program, limit, solution)
-            if failed:
-                # a limit that is no part of the trade leaks, which a slack rope feels most
-                solution = self._refined(program, limit, solution, self.closer)
-                deployment, failed = self._held(program, limit, solution)
-            x, y = deployment.values[self.limited], deployment.values[self.least]
+            found = self._solved(program, limit, guess)
         except Interrupted as stop:
             raise KeyboardInterrupt from stop
         except (OcpError, ModelError) as error:
-            raise NotFoundError(str(error)) from error
+            return Trial(name, None, error, math.nan, clock.perf_counter() - begin)
+        return Trial(name, found, None, found.objective, clock.perf_counter() - begin)
 
-        if failed:
-            raise NotFoundError("; ".join(failed))
-        seconds = clock.perf_counter() - begin
-        slopes = slopes_by_multipliers(solution)
-        motion = FrontMotion(program, solution, deployment, slopes)
-        return FrontPoint(limit, x, y, slopes[program.limit.name], way, afresh, seconds, motion)
+    def _solved(
+        self, program: FrontProgram, limit: float, guess: Solution | Trajectory | None
+    ) -> Solution:
+        """The solution at a limit, whose caps that are no part of the trade hold, if they can."""
+        constants = {program.limit: limit}
+        solution = self.solver.near(program.problem, guess, constants)
+        if self._held(program, limit, solution)[1]:
+            # a limit that is no part of the trade leaks, which a slack rope feels most
+            closer = Accuracy(objective=ACCURACY.objective)
+            solution = self.solver.refined(program.problem, solution, constants, closer)
+        return solution
 
     def confirmed(self, point: FrontPoint, name: str) -> tuple[FrontPoint, SecondSolve]:
         """A point with what a second solve says of it, or the better one that this leads to."""
         motion: FrontMotion = point.motion
-        program, limits = motion.program, {motion.program.limit: point.limit, **self.constants}
+        program = motion.program
         second = second_solve(
             motion.solution,
             self.settings,
             self.console,
-            constants=limits,
+            constants={program.limit: point.limit},
             gain=ACCURACY.objective,
             name=name,
         )
@@ -345,93 +372,44 @@ class TrussFront:
         if failed:
             words = f"FAILED: {name}: a better motion was found that keeps not all limits"
             return point, replace(second, check=replace(second.check, passed=False, sentence=words))
-        slopes = slopes_by_multipliers(second.solution)
-        return replace(
-            point,
+        value, seconds = second.solution.objective, point.seconds
+        trial = Trial(name, second.solution, None, value, seconds)
+        found = self._told(program, point.limit, trial, deployment, point.way, point.afresh)
+        return found, second
+
+    def _told(
+        self,
+        program: FrontProgram,
+        limit: float,
+        trial: Trial,
+        deployment: Deployment,
+        way: FrontWay,
+        afresh: bool,
+    ) -> FrontPoint:
+        """The point of a motion."""
+        return FrontPoint(
+            limit=limit,
             x=deployment.values[self.limited],
             y=deployment.values[self.least],
-            slope=slopes[program.limit.name],
-            motion=FrontMotion(program, second.solution, deployment, slopes),
-        ), second
+            slope=slopes_by_multipliers(trial.solved)[program.limit.name],
+            way=way,
+            afresh=afresh,
+            seconds=trial.seconds,
+            motion=FrontMotion(program, trial.solved, deployment),
+        )
 
     def _held(
         self, program: FrontProgram, limit: float, solution: Solution
     ) -> tuple[Deployment, list[str]]:
         """The motion of a solution, and the checks that it fails."""
         study = self.at(limit)
-        asked = judged(study) | self.traded
         law = law_of(study, program.statement, solution)
+        asked = judged(study) | {self.limited, self.least}
         deployment = replace(self._deployment(law), only=asked)
         # the limit is what was found: it is measured, not promised
-        held = criteria(self.measured(limit, deployment), deployment)
+        measured = self.at(max(limit, deployment.values[self.limited]))
+        held = criteria(measured, deployment)
         return deployment, [check.sentence for check in held if not check.passed]
-
-    def measured(self, limit: float, deployment: Deployment) -> TrussStudy:
-        """The study whose limit is what a motion has, where that is a little more than was set."""
-        return self.at(max(limit, deployment.values[self.limited]))
-
-    def _solved(
-        self, program: FrontProgram, limit: float, guess: Solution | Trajectory | None
-    ) -> Solution:
-        """On the mesh of a neighbour, on one that follows it, or else refined on one that stays."""
-        constants = {program.limit: limit, **self.constants}
-        follows = isinstance(guess, Solution) and _moves(guess)
-        if isinstance(guess, Solution) and not follows:
-            with suppress(SolveFailed):
-                found = solve(
-                    program.problem,
-                    settings=self.kept,
-                    constants=constants,
-                    guess=guess,
-                    progress=self.console.live,
-                    partial=False,
-                )
-                if found.verification.excess <= LEAK and _gain(found) <= KEPT.objective:
-                    return found
-                # a leak alone is soon closed; a gain says that arcs have left their intervals
-                guess, follows = found, _gain(found) > ACCURACY.objective
-
-        if isinstance(guess, Solution) and follows:
-            with suppress(SolveFailed):
-                return solve(
-                    program.problem,
-                    settings=self.moving,
-                    constants=constants,
-                    guess=guess,
-                    mesh=moving_mesh(guess.kept_iterate, guess.evaluator, MERGED),
-                    progress=self.console.live,
-                    partial=False,
-                )
-
-        return self._refined(program, limit, guess, self.settings)
-
-    def _refined(
-        self,
-        program: FrontProgram,
-        limit: float,
-        guess: Solution | Trajectory | None,
-        settings: Settings,
-    ) -> Solution:
-        """On a mesh that is refined; what leaks little is good enough for a front."""
-        self.refined += 1
-        mesh = None
-        if isinstance(guess, Solution) and _moves(guess):
-            mesh = merged_mesh(guess.kept_iterate, guess.evaluator, MERGED)
-        try:
-            return solve(
-                program.problem,
-                settings=settings,
-                constants={program.limit: limit, **self.constants},
-                guess=guess,
-                mesh=mesh,
-                progress=self.console.live,
-                partial=False,
-            )
-        except Unverified as error:
-            answer = error.iterate
-            if isinstance(answer, Solution) and answer.verification.excess <= LEAK:
-                return answer
-            raise
 
     def bound(self, x: float) -> float | None:
         """What no motion with at most an x is below, in the objective that is least."""

@@ -264,7 +264,16 @@ def _hand_over(
     """Tabulate a sweep, print and draw it."""
     from studies.common.running import hand_over
     from studies.sweep.cases.store import AGAIN
-    from studies.sweep.table import FILE, as_csv, columns, result_of, tabulate, write_parquet
+    from studies.sweep.table import (
+        FILE,
+        FRONTS,
+        as_csv,
+        columns,
+        front_columns,
+        result_of,
+        tabulate,
+        write_parquet,
+    )
 
     table = tabulate(planned, store)
     content = columns(planned, table)
@@ -273,6 +282,8 @@ def _hand_over(
     again = f"antenna-ocp sweep {folder.file('input.toml')} --results {folder.path}"
     with folder.written(AGAIN):
         folder.file(FILE).write_text(as_csv(content), "utf-8", newline="")
+        if points := front_columns(planned, table):
+            folder.file(FRONTS).write_text(as_csv(points), "utf-8", newline="")
         if options.parquet:
             write_parquet(content, folder.file(FILE).with_suffix(".parquet"))
         return hand_over(

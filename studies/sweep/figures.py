@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -74,6 +75,8 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     if not quantities or not solved.any():
         return
     parameters, sampling = _parameters(result), result.configuration["sampling"]
+    if result.details.get("fronts"):
+        yield "fronts", fronts(result)
     if sampling == "one-at-a-time":
         yield "tornado", tornado(result, quantities)
         return
@@ -210,6 +213,31 @@ def curves(result: Result, parameters: Sequence[Parameter], quantities: Sequence
         signs = int(SIGNS_PER_INCH * figure.get_figwidth())
         columns = max(1, signs // (max(map(len, labels)) + HANDLE))
         legend_below(figure, panels[0], min(columns, len(labels)))
+    return figure
+
+
+def fronts(result: Result) -> Figure:
+    """The fronts of all cases, with their values of the keys; below them the prices."""
+    figure = Figure(figsize=(8.4, 6.6), dpi=150, layout="constrained")
+    _head(figure, result)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
+    found = result.details["fronts"]
+    colours = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(found)))
+    keys, units = list(result.configuration["parameters"]), result.details["units"]
+    for (number, axes), colour in zip(found.items(), colours, strict=True):
+        point = result.details["points"][int(number) - 1]
+        label = ", ".join(
+            f"{key} = {_text(_short(value))} {units.get(key, '')}".rstrip()
+            for key, value in zip(keys, point, strict=True)
+        )
+        x, *others = (result.arrays[f"case {number}/{axis['key']}"].values for axis in axes)
+        for panel, values in zip((top, bottom), others, strict=True):
+            panel.plot(x, values, "o-", ms=3, lw=1, color=colour, label=label)
+    across, up, price = next(iter(found.values()))
+    label_axes(top, "", f"{up['title']} [{up['unit']}]", fit=False)
+    below = f"{across['title']} [{across['unit']}]"
+    label_axes(bottom, below, f"price\n[{price['unit']}]", fit=False)
+    legend_below(figure, top, min(len(found), 3))
     return figure
 
 

@@ -23,7 +23,7 @@ from studies.sweep.config import as_dictionary
 from studies.sweep.subjects import subject, units
 
 ANSWERED = ("solved", "infeasible", "refused")  # what a case may end with and be an answer
-FILE = "cases.csv"
+FILE, FRONTS = "cases.csv", "fronts.csv"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +39,8 @@ class CaseTable:
     seconds : that each case took [s], shape (cases,).
     minimised : quantities that are objectives.
     damaged : cases whose file cannot be trusted.
+    fronts : of cases that are fronts, by the numbers of the cases: titles and units of their
+        columns, and these.
     """
 
     statuses: list[str]
@@ -50,12 +52,13 @@ class CaseTable:
     seconds: Array
     minimised: tuple[str, ...]
     damaged: int
+    fronts: dict[int, Mapping[str, Any]]
 
 
 def tabulate(plan: Plan, store: CaseStore) -> CaseTable:
     """Read the files of all cases of a plan."""
     count, present = len(plan.cases), store.keys()
-    table = CaseTable([], [], [], [], {}, {}, np.full(count, np.nan), (), 0)
+    table = CaseTable([], [], [], [], {}, {}, np.full(count, np.nan), (), 0, {})
     minimised: dict[str, None] = {}
     damaged = 0
     for case in plan.cases:
@@ -71,6 +74,8 @@ def tabulate(plan: Plan, store: CaseStore) -> CaseTable:
         table.keys.append(case.key)
         table.seconds[case.number] = _number(record.get("seconds"))
         minimised |= dict.fromkeys(record.get("minimised", ()))
+        if record["status"] == "solved" and "front" in record:
+            table.fronts[case.number] = record["front"]
         for name, value in record.get("values", {}).items():
             if name not in table.quantities:
                 table.quantities[name] = np.full(count, np.nan)
@@ -88,6 +93,7 @@ def tabulate(plan: Plan, store: CaseStore) -> CaseTable:
         table.seconds,
         tuple(minimised),
         damaged,
+        table.fronts,
     )
 
 
@@ -130,6 +136,21 @@ def as_csv(content: Mapping[str, list[Any]]) -> str:
     return text.getvalue()
 
 
+def front_columns(plan: Plan, table: CaseTable) -> dict[str, list[Any]]:
+    """The points of all fronts by the heads of their columns, each with its case; empty of none."""
+    found: dict[str, list[Any]] = {}
+    known = columns(plan, table)
+    heads = ["case", *list(known)[1 : 1 + len(plan.study.parameters)]]
+    for number, front in table.fronts.items():
+        points = front["points"]
+        count = len(points[front["axes"][0]["key"]])
+        for head in heads:
+            found.setdefault(head, []).extend([known[head][number]] * count)
+        for axis in front["axes"]:
+            found.setdefault(f"{axis['key']} [{axis['unit']}]", []).extend(points[axis["key"]])
+    return found
+
+
 def write_parquet(content: Mapping[str, list[Any]], path: Path) -> None:
     """The tidy table as Parquet; a key whose values are of several kinds is text there."""
     import pyarrow
@@ -170,6 +191,7 @@ def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[st
             "units": _units(plan),
             "points": [list(case.point) for case in plan.cases],
             "version": plan.version.name,
+            "fronts": {number + 1: front["axes"] for number, front in table.fronts.items()},
             **({"sobol_indices": indices} if indices else {}),
         },
         provenance=provenance(),
@@ -198,6 +220,12 @@ def _series(plan: Plan, table: CaseTable) -> Iterator[tuple[str, Series]]:
         title, unit = table.titles[name]
         yield name, Series(unit, "case", values, title)
     yield "seconds", Series("s", "case", table.seconds, "time that the case took")
+    for number, front in table.fronts.items():
+        head, axes = f"case {number + 1}/", front["axes"]
+        for axis in axes:
+            values = np.array(front["points"][axis["key"]], dtype=float)
+            along = f"{head}{axes[0]['key']}"
+            yield f"{head}{axis['key']}", Series(axis["unit"], along, values, axis["title"])
 
 
 def _rows(table: CaseTable) -> Iterator[TableRow]:

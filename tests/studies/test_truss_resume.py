@@ -2,8 +2,6 @@
 
 import json
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,60 +9,18 @@ import pytest
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
 from studies.common.result import Result
+from tests.studies.stopped_runs import stopped_at
 
-ROOT = Path(__file__).parents[2]
 STUDY = (
     *("truss", "--objective", "energy", "--jerk-cap", "bezier", "--friction", "0.01"),
     *("--starts", "bezier,step5,straight", "--no-figures"),
 )
-# The process sends itself the signal as it prints the words. One from outside comes some time
-# later, and a start takes a third of a second: the study may then have ended.
-COMMAND = """
-import os, signal, sys
-import studies.cli
-import studies.common.console as console
-
-console.QUIET = 0.0  # every line of progress is shown
-number, words = int(sys.argv.pop(1)), sys.argv.pop(1)
-if sys.argv.pop(1) == "background":  # as a shell starts it
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-else:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-write, sent = sys.stderr.write, []
-
-def heard(text):
-    count = write(text)
-    if words in text and not sent:
-        sent.append(number)
-        sys.stderr.flush()
-        os.kill(os.getpid(), number)
-    return count
-
-sys.stderr.write = heard
-sys.exit(studies.cli.main())
-"""
-
-
-def stopped_at(words: str, number: int, out: Path, where: str = "foreground") -> tuple[int, str]:
-    """Exit code and messages of a study that gets a signal when it first prints `words`."""
-    signalled = [sys.executable, "-c", COMMAND, str(int(number)), words, where]
-    done = subprocess.run(
-        [*signalled, *STUDY, "--results", str(out)],
-        cwd=ROOT,
-        stderr=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert words in done.stderr
-    return done.returncode, done.stderr
 
 
 @pytest.mark.slow
 def test_after_kill_finished_starts_are_used(tmp_path: Path, capsys) -> None:
     out = tmp_path / "out"
-    code, messages = stopped_at("start 1 of 3 (bezier): energy", signal.SIGKILL, out)
+    code, messages = stopped_at(STUDY, "start 1 of 3 (bezier): energy", signal.SIGKILL, out)
     assert code == -signal.SIGKILL
     assert f"it goes on by: antenna-ocp truss --resume {out}" in messages
     assert [file.name for file in (out / "starts").glob("*.json")] == ["forces-bezier.json"]
@@ -90,7 +46,7 @@ def test_sigterm_keeps_the_best_and_says_how_to_go_on(
     words: str, where: str, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    code, messages = stopped_at(words, signal.SIGTERM, out, where)
+    code, messages = stopped_at(STUDY, words, signal.SIGTERM, out, where)
     assert code == ExitCode.INTERRUPTED
     assert "Traceback" not in messages
     assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp truss --resume {out}")

@@ -74,7 +74,7 @@ _CHEAP: Mapping[str, Kind] = {
     "arm least-duration": Kind((), 'stage = "big"\n'),
     "arm sequence": Kind((), 'least = "peak-torque"\n'),
     "pareto arm": Kind(
-        ("--coarse", "--seconds", "20"),
+        ("--coarse", "--points", "3"),
         "coarse = true\n",
     ),
     "robust arm": Kind((), 'stage = "big"\n'),

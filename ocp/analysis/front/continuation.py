@@ -16,7 +16,7 @@ from typing import Any, Literal, Protocol
 
 from ocp.arrays import TINY
 
-Way = Literal["up", "down", "between"]
+FrontWay = Literal["up", "down", "between"]
 
 SHORTEST = 1 / 64  # of a stride: what fails from as near as this is left to a start afresh
 LONGEST = 0.15  # of the range of x: as far as a flat curve is trusted
@@ -25,7 +25,7 @@ FLAT = 1e-5  # relative: a limit that gains no more than this over all that is l
 HALVINGS = 2  # of a gap
 
 
-class NotFoundError(Exception):
+class PointNotFound(Exception):
     """No motion was found at a limit; the text says why."""
 
 
@@ -48,20 +48,20 @@ class FrontPoint:
     x: float
     y: float
     slope: float
-    way: Way
+    way: FrontWay
     afresh: bool
     seconds: float
     motion: Any
 
 
-class Subject(Protocol):
-    """What a front is of. Both raise `NotFoundError`."""
+class FrontSubject(Protocol):
+    """What a front is of. Both methods raise `PointNotFound`."""
 
-    def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+    def near(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
         """The point at a limit, from a neighbour."""
         ...
 
-    def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+    def afresh(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
         """The same from the statement's own guess."""
         ...
 
@@ -113,7 +113,7 @@ def distance(a: FrontPoint, b: FrontPoint, ranges: Ranges) -> float:
 
 
 def walk(
-    subject: Subject,
+    subject: FrontSubject,
     first: FrontPoint,
     last: float,
     ranges: Ranges,
@@ -128,7 +128,7 @@ def walk(
     say : takes a line about each limit at which no motion was found.
     """
     sign: float = 1.0 if last > first.limit else -1.0
-    way: Way = "up" if sign > 0 else "down"
+    way: FrontWay = "up" if sign > 0 else "down"
     before, share = first, 1.0
 
     while sign * (last - before.limit) > 0.0:
@@ -139,13 +139,13 @@ def walk(
         limit = min(limit, last) if sign > 0 else max(limit, last)
         try:
             point = subject.near(limit, before, way)
-        except NotFoundError as error:
+        except PointNotFound as error:
             share /= 2
             if share >= SHORTEST and along > STEEPEST * stride:
                 continue
             try:
                 point = subject.afresh(limit, before, way)
-            except NotFoundError:
+            except PointNotFound:
                 say(f"nothing was found at {limit:.6g}: {error}")
                 break
         yield point
@@ -164,7 +164,7 @@ def _nothing_to_gain(point: FrontPoint, last: float) -> bool:
 
 
 def fill(
-    subject: Subject,
+    subject: FrontSubject,
     left: FrontPoint,
     right: FrontPoint,
     ranges: Ranges,
@@ -196,8 +196,8 @@ def _middle(a: FrontPoint, b: FrontPoint, ranges: Ranges) -> float:
     return math.sqrt(a.x * b.x) if ranges.logarithmic else (a.x + b.x) / 2
 
 
-def _tried(subject: Subject, limit: float, side: FrontPoint) -> FrontPoint | None:
+def _tried(subject: FrontSubject, limit: float, side: FrontPoint) -> FrontPoint | None:
     try:
         return subject.near(limit, side, "between")
-    except NotFoundError:
+    except PointNotFound:
         return None

@@ -16,25 +16,53 @@ LEAST = 1e-9  # relative: what is called less
 ACCURACY = 1e-6  # relative, of each objective: the solver's, below which two motions are alike
 
 
-@dataclass(frozen=True, eq=False)
-class Front:
-    """A front.
+@dataclass(frozen=True, eq=False, repr=False)
+class ParetoFront:
+    """A Pareto front of verified motions.
 
     Attributes
     ----------
-    points : none of which another one dominates, by rising x.
-    dominated : the others, by rising x.
-    gaps : (x, x) of neighbours that are further apart than a gap.
-    knee : index of the point that is farthest below the chord of both ends; None without one.
+    points : tuple of FrontPoint
+        By rising `x` (the limited objective); `y` is the minimised one, `slope` the derivative of
+        `y` with respect to the limit (the negative shadow price), and `motion` the `Solution`.
+    dominated : tuple of FrontPoint
+        Motions that another point beats in both objectives.
+    gaps : tuple of (float, float)
+        Ranges of the limited objective in which no undominated point was found.
+    knee : FrontPoint or None
+        The point farthest below the chord between both ends.
+    remarks : tuple of str
+        Sentences on ends that no motion attains and on limits at which no motion was found.
+    interrupted : bool
+        Whether the user stopped the computation; the points found until then are kept.
     """
 
     points: tuple[FrontPoint, ...]
-    dominated: tuple[FrontPoint, ...]
-    gaps: tuple[tuple[float, float], ...]
-    knee: int | None
+    dominated: tuple[FrontPoint, ...] = ()
+    gaps: tuple[tuple[float, float], ...] = ()
+    knee: FrontPoint | None = None
+    remarks: tuple[str, ...] = ()
+    interrupted: bool = False
+
+    def __repr__(self) -> str:
+        first, last = self.points[0], self.points[-1]
+        return (
+            f"ParetoFront: {len(self.points)} points from ({first.x:.6g}, {first.y:.6g}) to "
+            f"({last.x:.6g}, {last.y:.6g}), {len(self.gaps)} gaps"
+        )
+
+    @property
+    def middle(self) -> FrontPoint:
+        """The knee, or the point in the middle where there is none."""
+        return self.points[len(self.points) // 2] if self.knee is None else self.knee
+
+    def at_most(self, x: float) -> FrontPoint | None:
+        """The best point whose limited objective is an x or less; None where there is none."""
+        within = [point for point in self.points if point.x <= x * (1 + LEAST)]
+        return min(within, key=lambda point: point.y, default=None)
 
 
-def front_of(points: Sequence[FrontPoint], ranges: Ranges, widest: float) -> Front:
+def front_of(points: Sequence[FrontPoint], ranges: Ranges, widest: float) -> ParetoFront:
     """The front that verified points give.
 
     Parameters
@@ -43,12 +71,7 @@ def front_of(points: Sequence[FrontPoint], ranges: Ranges, widest: float) -> Fro
     """
     best, rest = undominated(points)
     gaps = tuple((a.x, b.x) for a, b in itertools.pairwise(best) if distance(a, b, ranges) > widest)
-    return Front(tuple(best), tuple(rest), gaps, knee_of(best, ranges))
-
-
-def alone(point: FrontPoint) -> Front:
-    """A front of one point."""
-    return front_of([point], Ranges((point.x, point.x), (point.y, point.y)), 1.0)
+    return ParetoFront(tuple(best), tuple(rest), gaps, knee_of(best, ranges))
 
 
 def undominated(
@@ -72,7 +95,7 @@ def undominated(
     return best, rest
 
 
-def knee_of(points: Sequence[FrontPoint], ranges: Ranges) -> int | None:
+def knee_of(points: Sequence[FrontPoint], ranges: Ranges) -> FrontPoint | None:
     """The point farthest below the chord between both ends, in parts of the ranges."""
     if len(points) < 3:
         return None
@@ -81,10 +104,4 @@ def knee_of(points: Sequence[FrontPoint], ranges: Ranges) -> int | None:
     length = math.hypot(x1 - x0, y1 - y0)
     below = [((x1 - x0) * (y0 - y) - (x0 - x) * (y1 - y0)) / length for x, y in places]
     highest = max(range(len(points)), key=lambda k: below[k])
-    return highest if below[highest] > 0.0 else None
-
-
-def reached(points: Sequence[FrontPoint], x: float) -> FrontPoint | None:
-    """The best point at or below an x; None if the front begins above it."""
-    within = [point for point in points if point.x <= x * (1 + LEAST)]
-    return min(within, key=lambda point: point.y, default=None)
+    return points[highest] if below[highest] > 0.0 else None

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from ocp.analysis.front.both_ways import Walked, both_ways
-from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
-from ocp.analysis.front.envelope import alone
+from ocp.analysis.front.both_ways import front_between
+from ocp.analysis.front.continuation import FrontPoint, FrontWay, PointNotFound
+from ocp.analysis.front.envelope import ParetoFront
 from ocp.analysis.sensitivity import slopes_by_multipliers
 from ocp.analysis.solve_options import SolveOptions
 from ocp.errors import Interrupted, OcpError, StatementError
@@ -30,50 +30,6 @@ from ocp.solution.solution import Solution
 # one motion is left, and the multiplier of the limit may be infinite.
 _ABOVE_THE_LEAST = (2e-3, 1e-2, 5e-2)
 _LIMIT = "limit of the front"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ParetoFront:
-    """A Pareto front of verified motions.
-
-    Attributes
-    ----------
-    points : tuple of FrontPoint
-        By rising `x` (the limited objective); `y` is the minimised one, `slope` the derivative of
-        `y` with respect to the limit (the negative shadow price), and `motion` the `Solution`.
-    dominated : tuple of FrontPoint
-        Motions that another point beats in both objectives.
-    gaps : tuple of (float, float)
-        Ranges of the limited objective in which no undominated point was found.
-    knee : FrontPoint or None
-        The point farthest below the chord between both ends.
-    remarks : tuple of str
-        Sentences on ends that no motion attains and on limits at which no motion was found.
-    interrupted : bool
-        Whether the user stopped the computation; the points found until then are kept.
-    """
-
-    points: tuple[FrontPoint, ...]
-    dominated: tuple[FrontPoint, ...]
-    gaps: tuple[tuple[float, float], ...]
-    knee: FrontPoint | None
-    remarks: tuple[str, ...]
-    interrupted: bool
-
-    def __repr__(self) -> str:
-        first, last = self.points[0], self.points[-1]
-        return (
-            f"ParetoFront: {len(self.points)} points from ({first.x:.6g}, {first.y:.6g}) to "
-            f"({last.x:.6g}, {last.y:.6g}), {len(self.gaps)} gaps"
-        )
-
-    @classmethod
-    def of(cls, walked: Walked, remarks: tuple[str, ...] = ()) -> ParetoFront:
-        """The front that walks gave."""
-        front = walked.front
-        knee = None if front.knee is None else front.points[front.knee]
-        remarks = (*remarks, *walked.remarks)
-        return cls(front.points, front.dominated, front.gaps, knee, remarks, walked.stopped)
 
 
 @checked_keywords()
@@ -139,13 +95,14 @@ def front(
     )
     left, right, remarks = subject.ends(limits, guess)
     if left is None or right.x <= left.x:
-        return ParetoFront.of(Walked(alone(right), (), stopped=False), remarks)
-    return ParetoFront.of(both_ways(subject, left, right, points, lambda line: None), remarks)
+        return ParetoFront((right,), remarks=remarks)
+    found = front_between(subject, left, right, points)
+    return replace(found, remarks=(*remarks, *found.remarks))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Traded:
-    """A problem whose two objectives are traded; a `continuation.Subject`.
+    """A problem whose two objectives are traded; a `FrontSubject`.
 
     Attributes
     ----------
@@ -189,21 +146,21 @@ class _Traded:
                         continue
                     left = self._point(limit, guess.trajectory, "up", afresh=True)
                     return left, right, tuple(remarks)
-                except NotFoundError as error:
+                except PointNotFound as error:
                     reason = str(error)
             remarks.append(f"no motion was found at the limit {limit:.6g}: {reason}")
         return None, right, tuple(remarks)
 
-    def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+    def near(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
         """The point at a limit, from the variables and multipliers of a neighbour."""
         return self._point(limit, before.motion, way, afresh=False)
 
-    def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+    def afresh(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
         """The same from the neighbour's motion alone, on a first mesh."""
         return self._point(limit, before.motion.trajectory, way, afresh=True)
 
     def _point(
-        self, limit: float, guess: Solution | Trajectory | None, way: Way, *, afresh: bool
+        self, limit: float, guess: Solution | Trajectory | None, way: FrontWay, *, afresh: bool
     ) -> FrontPoint:
         begin = clock.perf_counter()
         try:
@@ -211,7 +168,7 @@ class _Traded:
         except Interrupted as stop:
             raise KeyboardInterrupt from stop
         except OcpError as error:
-            raise NotFoundError(str(error)) from error
+            raise PointNotFound(str(error)) from error
         return FrontPoint(
             limit=limit,
             x=self._value(found, self.limited),

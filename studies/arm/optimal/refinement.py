@@ -156,7 +156,12 @@ def refine(
 
 
 def aimed_at_rest(
-    motion: OptimalMotion, aim: Array, *, residual: float, live: Progress | None = None
+    motion: OptimalMotion,
+    aim: Array,
+    *,
+    residual: float,
+    live: Progress | None = None,
+    solver: Solve = solve,
 ) -> tuple[Refined, Array]:
     """A motion aimed anew until the full model rests, on its own mesh, with its own smoothness.
 
@@ -173,13 +178,15 @@ def aimed_at_rest(
         That the full model may be left with [J].
     live : callable, optional
         Receives a line now and then.
+    solver : callable
+        As of `refine`.
 
     Returns
     -------
     refined : with its replay.
     aim : (2 n,), where a neighbour's is best begun.
     """
-    looked = _Rounds(residual, "torque", solve, None, live)
+    looked = _Rounds(residual, "torque", solver, None, live)
     first = looked.tried(motion, aim)
     rounds = [first.entry]
 

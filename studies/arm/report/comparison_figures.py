@@ -10,13 +10,12 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from studies.arm.questions.trade_off import Curves, read_curves
 from studies.arm.report.figures import TITLES, Scene, motion_figures
 from studies.arm.report.traces import Trace, traced_laws
 from studies.arm.stage import JOINT_NAMES
 from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below, look
 from studies.common.result import Result
-from studies.pareto import figures as pareto_figures
+from studies.fronts import figures as front_figures
 
 _SIZE = 12  # of a title
 _MARKS = ("o", "s", "D")  # of motions on the full model
@@ -33,11 +32,8 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
         yield "fig10_torques", sequence_figure(result)
         if traced_laws(result):
             yield "fig15_16_arm", sequence_motion_figure(result)
-    elif result.kind == "pareto-arm" and "axes" in result.details:
-        yield from pareto_figures.draw(result)
     elif result.kind == "pareto-arm":
-        stage, full = result.configuration["stage"], read_curves(result, "full model")
-        yield "trade_off", tradeoff_figure(stage, full, read_curves(result, "B21"))
+        yield from front_figures.draw(result)
     elif result.kind == "robust":
         yield "spread", spread_figure(result)
         yield "torque", robust_torque_figure(result)
@@ -82,31 +78,6 @@ def residual_figure(result: Result) -> Figure:
         title_fontsize=8,
     )
     panel.margins(0.1)
-    return figure
-
-
-def tradeoff_figure(stage: str, full: Curves, reduced: Curves) -> Figure:
-    """Residual energy against duration: marks on the full model, lines between them on B21."""
-    figure = Figure(figsize=(7.2, 4.2), dpi=150, layout="constrained")
-    panel = figure.subplots()
-    for name, (times, left) in full.items():
-        best = name == next(iter(full))
-        colour, _ = look(name)
-        if name in reduced:
-            panel.semilogy(*reduced[name], color=colour, lw=1.0)
-        panel.semilogy(times, left, "D--" if best else "o", ms=5, color=colour, label=name)
-
-    title = f"{TITLES[stage]}, torque drive: residual energy against duration"
-    panel.set_title(title, fontsize=_SIZE)
-    label_axes(panel, "duration [s]", "residual energy [J]", fit=False)
-    panel.legend(
-        frameon=False,
-        fontsize=8,
-        loc="center left",
-        bbox_to_anchor=(1.0, 0.5),
-        title="marks: full model" + ("\nlines: B21" if reduced else ""),
-        title_fontsize=8,
-    )
     return figure
 
 

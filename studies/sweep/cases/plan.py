@@ -26,7 +26,8 @@ from studies.sweep.config import SweepStudy
 from studies.sweep.subjects import put_value, resolved, subject
 
 SCHEMA = 1  # of a case's file; raised when a field changes its meaning or disappears
-STUDIES = ("arm", "common", "drive", "flex", "margin", "truss")  # packages that answer cases
+# packages that answer cases
+STUDIES = ("arm", "common", "drive", "flex", "fronts", "margin", "pareto", "truss")
 
 
 @dataclass(frozen=True)

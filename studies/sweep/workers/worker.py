@@ -84,6 +84,17 @@ def _told(result: Result) -> dict[str, Any]:
         "bounds": dict(result.bounds),
         "basin": basins[0].get("kind", "") if basins else "",
         "basins": [basin.get("value") for basin in basins],
+        **({"front": _front(result)} if "axes" in result.details else {}),
+    }
+
+
+def _front(result: Result) -> dict[str, Any]:
+    """The points of a front: both objectives, and the price of the limit."""
+    x, y = result.details["axes"]
+    price = {"key": "price", "title": f"price of {x['title']}", "unit": result.arrays["price"].unit}
+    return {
+        "axes": [x, y, price],
+        "points": {axis["key"]: result.arrays[axis["key"]].values for axis in (x, y, price)},
     }
 
 

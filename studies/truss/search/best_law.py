@@ -6,6 +6,7 @@ from models.laws import Law
 from ocp import Accuracy
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import FinishedStarts
 from studies.truss.config import TrussStudy
 from studies.truss.search.motion_search import Search
 
@@ -14,13 +15,20 @@ from studies.truss.search.motion_search import Search
 ROUGH = Accuracy(objective=1e-4, path=1e-5)
 
 
-def best_law(study: TrussStudy, console: Console, neighbour: Law | None = None) -> Law:
+def best_law(
+    study: TrussStudy,
+    console: Console,
+    neighbour: Law | None = None,
+    kept: FinishedStarts | None = None,
+) -> Law:
     """The best motion of a study of the truss, to 1e-4 of its objective.
 
     Parameters
     ----------
     neighbour : law, optional
         Of a like study, from which the first start begins.
+    kept : FinishedStarts, optional
+        Where finished starts go to, and come from.
 
     Raises
     ------
@@ -30,7 +38,9 @@ def best_law(study: TrussStudy, console: Console, neighbour: Law | None = None) 
         If no motion was found.
     """
     try:
-        best = Search(study, console, neighbour=neighbour, accuracy=ROUGH).run()
+        search = Search(study, console, neighbour=neighbour, accuracy=ROUGH)
+        search.kept = kept
+        best = search.run()
     except StudyError as error:
         if error.exit_code is ExitCode.INTERRUPTED:
             raise KeyboardInterrupt from error

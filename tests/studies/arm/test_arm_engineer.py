@@ -28,7 +28,6 @@ from studies.arm.questions.one_motion import duration_to_try
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import loads, modal_ratios, momenta, settling_time
 from studies.arm.replay.satellite import free_satellite
-from studies.arm.report.comparison_figures import tradeoff_figure
 from studies.arm.report.figures import Scene, figures_of, snapshot_figure
 from studies.arm.report.quantities import latch_checks
 from studies.arm.report.traces import Trace, snapshots_of
@@ -135,11 +134,6 @@ def test_figures_name_their_axes_and_motions(big):
     low, high = found["after_lock"].axes[1].get_xlim()
     assert high / low >= 10  # a decade at least, or the ticks' labels run into each other
     assert set(found) == {"fig10_torque", "fig15_arm", "after_lock", "snapshots"}
-    found["trade_off"] = tradeoff_figure(
-        "big",
-        {"optimum": ([8.0], [1e-9]), "Step5": ([8.0], [1e-5])},
-        {"Step5": ([7.0, 9.0], [1e-4, 1e-6])},
-    )
     for figure in found.values():
         assert all(panel.get_xlabel().endswith("]") for panel in figure.axes)
 

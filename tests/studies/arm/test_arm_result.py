@@ -18,7 +18,6 @@ from studies.arm.config import (
     question_from,
 )
 from studies.arm.questions.one_motion import with_duration
-from studies.arm.questions.trade_off import _series, read_curves
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.report.traces import Trace, read_snapshots, snapshot_series, snapshots_of
@@ -36,7 +35,7 @@ STUDIES = [
     ArmStudy(stage="small", elbow_end_deg=30, arm=ArmDescription(tip_mass=10), torque_cap=5.0),
     BaselinesStudy(drive="angle", latch=1e-3),
     LeastDurationStudy(stage="small", duration=9),
-    TradeOffStudy(stage="both"),
+    TradeOffStudy(stage="small"),
     RobustStudy(points=5, arm=ArmDescription(damping_ratio=0.01)),
     SequenceStudy(least="time", torque_cap=0.1, dwell=3),
 ]
@@ -158,13 +157,6 @@ def test_figures_are_drawn_from_what_a_result_holds(replayed):
     )
     assert {name for name, _ in draw(kept)} == {"fig10_torque", "fig15_arm", "after_lock"}
     assert not list(draw(result(details=kept.details)))  # nothing was followed, nothing is drawn
-
-
-def test_curves_are_read_as_they_were_kept():
-    full = {"optimum": ([6.0, 8.0], [1e-8, 1e-9]), "Step5": ([8.0], [1e-5])}
-    kept = result(arrays=_series(full, "full model"))
-    assert read_curves(kept, "full model") == full
-    assert read_curves(kept, "B21") == {}
 
 
 def test_what_the_optimum_costs_is_seen_beside_the_better_law():

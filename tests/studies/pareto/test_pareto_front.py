@@ -3,12 +3,11 @@
 import itertools
 from dataclasses import dataclass, field
 
-import numpy as np
 import pytest
 
-from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Ranges, distance, fill, walk
-from ocp.analysis.front.envelope import front_of, reached, undominated
-from studies.pareto.surface.shape import dominated
+from ocp import FrontPoint, PointNotFound
+from ocp.analysis.front.continuation import Ranges, distance, fill, walk
+from ocp.analysis.front.envelope import front_of, undominated
 
 
 def point(x, y, slope=-1.0, way="up", motion=None):
@@ -26,7 +25,7 @@ class TwoBasins:
         self.asked.append(limit)
         low, high = self.refused
         if low < limit < high:
-            raise NotFoundError("refused")
+            raise PointNotFound("refused")
         deep = before.motion == "deep" and limit >= 1.0
         return point(limit, 1 / limit - 0.2 * deep, -1 / limit**2, way, "deep" if deep else "flat")
 
@@ -95,9 +94,9 @@ def test_dominated_points_and_the_knee():
     assert [(p.x, p.y) for p in best] == [(0.0, 5.0), (0.2, 0.5), (3.0, 0.4)]
     assert [(p.x, p.y) for p in rest] == [(1.0, 1.0), (2.0, 1.0)]
     front = front_of(points, Ranges((0.0, 3.0), (0.4, 5.0)), 9.0)
-    assert front.knee == 1
-    assert reached(front.points, 1.5) is best[1]
-    assert reached(front.points, -1.0) is None
+    assert front.knee is best[1]
+    assert front.at_most(1.5) is best[1]
+    assert front.at_most(-1.0) is None
 
 
 @pytest.mark.parametrize(("x", "along"), [((1.0, 3.0), 2.0), ((1.0, 16.0), 4.0)])
@@ -117,4 +116,3 @@ def test_a_point_that_is_beaten_but_for_rounding_is_dropped() -> None:
     best, rest = undominated(points)
     assert [p.y for p in best] == [80.0168, 41.0]
     assert [p.y for p in rest] == [80.0376]
-    assert dominated(np.array([(1.0, *place) for place in places])).tolist() == [True, False, False]

@@ -5,15 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ocp.analysis.front.continuation import FrontPoint, Ranges
+from ocp import FrontPoint
+from ocp.analysis.front.continuation import Ranges
 from ocp.analysis.front.envelope import front_of
 from studies.cli import main
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result, Verdict
 from studies.export.source import with_motion
-from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
-from studies.pareto.figures import draw
-from studies.pareto.words import dominated_law, front_in_words, open_end_in_words, price_at
+from studies.fronts.columns import FrontAxis, front_details, front_series, law_series
+from studies.fronts.figures import draw
+from studies.fronts.result import PROVEN
+from studies.fronts.words import dominated_law, front_in_words, open_end_in_words, price_at
 from studies.report.page import shown
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of_result, study_of
@@ -41,7 +43,7 @@ def result():
         bounds={"time": 0.4},
         verdict=Verdict("local", "local"),
         remarks=front_in_words(found, X, Y),
-        details=front_details(found, X, Y),
+        details={**front_details(found, X, Y), "bound": PROVEN},
     )
 
 

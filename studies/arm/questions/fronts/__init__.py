@@ -1,1 +1,1 @@
-"""Fronts and surfaces of the arm: two or three of its quantities against each other."""
+"""Fronts of the arm: two of its quantities against each other."""

@@ -8,25 +8,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ocp.analysis.front.continuation import FrontPoint
+from ocp import FrontPoint
 from studies.arm.replay.sampled import INTERPOLATION, STEPS, SampledProfile, sample_times, sampled
 from studies.arm.report.profile import profile_series
 from studies.common.result import Series
+from studies.fronts.columns import point_name
 
 
 def motion_series(points: Sequence[FrontPoint]) -> dict[str, Series]:
     """Torque, angle and rate of all points, each along a time of its own."""
     arrays: dict[str, Series] = {}
     for number, point in enumerate(points, start=1):
-        arrays |= profile_series(_profile(point), _name(number))
+        arrays |= profile_series(_profile(point), point_name(number))
     return arrays
 
 
 def motion_details(points: Sequence[FrontPoint]) -> dict[str, Any]:
     """What an export says of each motion; what the samples alone would leave is not asked."""
     return {
-        _name(number): {
-            "profile_of": _name(number),
+        point_name(number): {
+            "profile_of": point_name(number),
             "accuracy": {
                 "residual_energy_of_the_motion_before_sampling_J": (
                     point.motion.replay.residual_energy
@@ -37,10 +38,6 @@ def motion_details(points: Sequence[FrontPoint]) -> dict[str, Any]:
         }
         for number, point in enumerate(points, start=1)
     }
-
-
-def _name(number: int) -> str:
-    return f"point {number}"
 
 
 def _profile(point: FrontPoint) -> SampledProfile:

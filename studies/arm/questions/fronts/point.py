@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ocp.analysis.sensitivity import slopes_by_multipliers
+from ocp import slopes_by_multipliers
 from ocp.arrays import Array
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import StatedStage, problem
@@ -19,7 +19,7 @@ from studies.arm.replay.loads import deflections
 from studies.arm.search_limits import OF_TURNING
 from studies.arm.stage import Stage, TorqueCaps
 from studies.arm.trade_off import RESIDUAL_ENERGY
-from studies.pareto.columns import FrontAxis
+from studies.fronts.columns import FrontAxis
 
 AXES = {
     "time": FrontAxis("time", "duration", "s"),

@@ -1,203 +1,108 @@
-"""Two or three quantities of the arm against each other, from the study to the result."""
+"""Two quantities of the arm against each other, from the study to the result."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from ocp.analysis.front.both_ways import Walked, both_ways
-from ocp.analysis.front.continuation import FrontPoint
+from ocp import FrontPoint, ParetoFront
 from ocp.arrays import Array
 from studies.arm.config import as_dictionary
-from studies.arm.optimal.rounds import SAME
 from studies.arm.questions.fronts.laws import TimedLaw, laws_in, places_of
 from studies.arm.questions.fronts.motions import motion_details, motion_series
 from studies.arm.questions.fronts.point import AXES, ArmPoint
 from studies.arm.questions.fronts.subject import ArmFront
-from studies.arm.questions.fronts.surface import ArmSurface, ends_alone
 from studies.arm.report.quantities import Metric, table_rows
-from studies.arm.search_limits import FRONT_COARSE_POINTS, FRONT_LAWS, FRONT_POINTS
-from studies.arm.stage import Stage
+from studies.arm.search_limits import FRONT_LAWS, FRONT_POINTS
 from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
-from studies.common.folder import provenance
+from studies.common.finished import FinishedStarts
 from studies.common.result import Result
 from studies.common.stops import kept
-from studies.pareto.columns import front_details, front_series, law_series
-from studies.pareto.surface.columns import surface_details, surface_law_series, surface_series
-from studies.pareto.surface.shape import middle_of, named_points
-from studies.pareto.surface.walk import Stack, SurfaceWalk
-from studies.pareto.surface.words import (
-    SurfaceAxes,
-    dominated_in_words,
-    surface_in_words,
-    surface_verdict,
-)
-from studies.pareto.verdict import checks_of_points, front_verdict
-from studies.pareto.words import dominated_law, front_in_words, nothing_to_trade
+from studies.fronts.found import front_found
+from studies.fronts.result import PROVEN, front_result, named_points
+from studies.fronts.words import dominated_law
 
 
-def front(study: TradeOffStudy, console: Console) -> Result:
-    """The front of two quantities of the arm, or the surface of three.
+def front(study: TradeOffStudy, console: Console, finished: FinishedStarts | None = None) -> Result:
+    """The front of two quantities of the arm.
 
     Raises
     ------
     StudyError
-        If an end of the front, or all slices of the surface, have no motion.
+        If an end of the front has no motion, or the user stopped before there was a point.
     """
-    if study.sliced is not None:
-        stack = SurfaceWalk(ArmSurface(study, console), console).run()
+    subject = ArmFront(study, console, finished)
+    found = walked_front(subject)
 
-        def surface(whole: bool) -> Result:
-            laws = laws_beside(study, stack.surface.limits, console, whole)
-            return surface_result(study, stack, laws)
+    def result(whole: bool) -> Result:
+        return result_of(subject, found, laws_beside(study, found, console, whole))
 
-        return kept(surface, stack.stopped)
-
-    subject = ArmFront(study, console)
-    walked = walked_front(subject)
-
-    def of_two(whole: bool) -> Result:
-        laws = laws_beside(study, _span(walked), console, whole)
-        return front_result(subject, walked, laws)
-
-    return kept(of_two, walked.stopped)
+    return kept(result, found.interrupted)
 
 
-def walked_front(subject: ArmFront) -> Walked:
+def walked_front(subject: ArmFront) -> ParetoFront:
     """The front between its ends; the ends alone where nothing is traded between them."""
-    left, right = subject.ends()
-    axes = AXES[subject.limited], AXES[subject.least]
-    alike = nothing_to_trade(left, right, axes, SAME)
-    if alike is not None:
-        return ends_alone(left, right, alike)
     study = subject.study
-    count = study.points or FRONT_POINTS
-    if study.coarse:
-        count = min(count, FRONT_COARSE_POINTS)
-    walked = both_ways(subject, left, right, count, subject.console.progress)
-    return replace(walked, remarks=(*subject.remarks, *walked.remarks))
-
-
-def _span(walked: Walked) -> tuple[float, float]:
-    """The least and the highest value of what is limited."""
-    points = walked.front.points
-    return points[0].x, points[-1].x
+    found = front_found(subject, study.points or FRONT_POINTS, coarse=study.coarse)
+    return replace(found, remarks=(*subject.remarks, *found.remarks))
 
 
 def laws_beside(
-    study: TradeOffStudy, limits: Sequence[float], console: Console, whole: bool
+    study: TradeOffStudy, found: ParetoFront, console: Console, whole: bool
 ) -> list[TimedLaw]:
-    """The paper's laws in the durations of slices, along a front of it, or in the stage's.
+    """The paper's laws in the durations along a front of it, or in the stage's.
 
     Parameters
     ----------
-    limits : of the slices, or the ends of a front.
     whole : whether all of these durations are asked for, and else the middle one.
     """
     durations: Sequence[float] = [study.slew.duration]
-    if study.sliced == "time":
-        durations = limits
-    elif study.limited == "time":
-        durations = np.linspace(limits[0], limits[-1], FRONT_LAWS).tolist()
+    if study.limited == "time":
+        durations = np.linspace(found.points[0].x, found.points[-1].x, FRONT_LAWS).tolist()
     middle = len(durations) // 2
     return laws_in(study.slew, durations if whole else durations[middle : middle + 1], console)
 
 
-def front_result(subject: ArmFront, walked: Walked, laws: Sequence[TimedLaw]) -> Result:
+def result_of(subject: ArmFront, found: ParetoFront, laws: Sequence[TimedLaw]) -> Result:
     """The result of a front, with the paper's laws beside it."""
-    study, found = subject.study, walked.front
-    x, y = axes = AXES[subject.limited], AXES[subject.least]
+    study, stage = subject.study, subject.study.slew
     bounds, bound = _bounds(subject, found.points)
-    chosen = found.points[len(found.points) // 2 if found.knee is None else found.knee]
-    middle = "middle" if found.knee is None else "knee"
-    ends = (f"least {x.title}", found.points[0]), (f"least {y.title}", found.points[-1])
-    shown = {name: _metrics(point) for name, point in ((middle, chosen), *ends)}
-
-    return Result(
+    shown = {name: _metrics(point) for name, point in named_points(found, subject.axes).items()}
+    return front_result(
+        found,
+        subject.axes,
         kind="pareto-arm",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays={
-            **front_series(found, bounds, *axes),
-            **law_series(places_of(laws, study.objectives, study.still), *axes),
-            **motion_series(found.points),
-        },
+        bounds=bounds,
+        bound=bound,
+        laws=places_of(laws, study.objectives, study.still),
+        motions=motion_series(found.points),
         table=table_rows(shown),
-        also_found=tuple(name for name, _ in ends),
-        verdict=front_verdict(found, walked.stopped),
-        # a bound of a rigid arm proves nothing of one whose links bend
-        checks=checks_of_points(
-            "front", [p.y for p in found.points], y.title, np.full(len(found.points), np.nan)
-        ),
+        also_found=tuple(shown)[1:],
         remarks=(
-            *walked.remarks,
-            *front_in_words(found, *axes),
             *(
-                dominated_law(found, law.name, law.place(study.objectives, study.still), axes)
+                dominated_law(
+                    found, law.name, law.place(study.objectives, study.still), subject.axes
+                )
                 + _left_words(study, law)
-                for law in _nearest(study, laws, chosen.motion)
+                for law in _nearest(laws, found.middle.motion)
             ),
             *_how_it_was_found(study, found.points),
         ),
         details={
-            **front_details(found, *axes, bound),
-            "known": SAME,
+            "known": subject.known,
             "solves": subject.solves,
             "profiles": motion_details(found.points),
-            "stage": _stage_details(study.slew),
+            "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
         },
-        provenance=provenance(),
     )
 
 
-def surface_result(study: TradeOffStudy, stack: Stack, laws: Sequence[TimedLaw]) -> Result:
-    """The result of a surface, with the paper's laws beside it."""
-    surface, chosen = stack.surface, middle_of(stack.surface)
-    axes = SurfaceAxes(*(AXES[name] for name in study.objectives))
-    named = named_points(surface, chosen, study.objectives)
-    points = [point.point for point in surface.points]
-    nothing = np.full(len(points), np.nan)
-
-    return Result(
-        kind="pareto-arm",
-        question=study.question,
-        configuration=as_dictionary(study),
-        arrays={
-            **surface_series(surface, nothing, axes),
-            **surface_law_series(places_of(laws, study.objectives, study.still), axes),
-            **motion_series(points),
-        },
-        table=table_rows({name: _metrics(point.point) for name, point in named.items()}),
-        also_found=tuple(named)[1:],
-        verdict=surface_verdict(stack),
-        checks=checks_of_points("surface", [p.y for p in points], axes.y.title, nothing),
-        remarks=(
-            *surface_in_words(stack, axes),
-            *(
-                dominated_in_words(
-                    surface, law.name, law.place(study.objectives, study.still), axes
-                )
-                + _left_words(study, law)
-                for law in _nearest(study, laws, chosen.point.motion)
-            ),
-            *stack.remarks,
-            *_how_it_was_found(study, points),
-        ),
-        details={
-            **surface_details(stack, axes, ""),
-            "solves": sum(one.subject.solves for one in stack.slices),
-            "profiles": motion_details(points),
-            "stage": _stage_details(study.slew),
-        },
-        provenance=provenance(),
-    )
-
-
-def _nearest(study: TradeOffStudy, laws: Sequence[TimedLaw], chosen: ArmPoint) -> list[TimedLaw]:
+def _nearest(laws: Sequence[TimedLaw], chosen: ArmPoint) -> list[TimedLaw]:
     """The laws in the duration that is nearest to a point's, of those that were looked at."""
     duration = chosen.values["time"]
     nearest = min((law.values["time"] for law in laws), key=lambda one: abs(one - duration))
@@ -229,16 +134,13 @@ def _how_it_was_found(study: TradeOffStudy, points: Sequence[FrontPoint]) -> tup
     )
 
 
-def _stage_details(stage: Stage) -> dict[str, Any]:
-    return {"duration": stage.duration, "start": stage.start, "end": stage.end}
-
-
 def _bounds(subject: ArmFront, points: Sequence[FrontPoint]) -> tuple[Array, str]:
     """What a rigid arm needs at least at each point, and the words for it."""
     if (subject.limited, subject.least) != ("time", "peak-torque"):
-        return np.full(len(points), np.nan), ""
+        return np.full(len(points), np.nan), PROVEN
     stage = subject.study.slew
     turn = float(stage.inertia_turns[stage.moving[0]])
+    # it proves nothing of an arm whose links bend
     return np.array([4.0 * turn / point.x**2 for point in points]), "least of a rigid arm"
 
 

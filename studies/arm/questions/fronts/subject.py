@@ -13,18 +13,19 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from models.errors import ModelError
-from ocp.analysis.front.continuation import FrontPoint, NotFoundError, Way
+from ocp import FrontPoint, FrontWay, PointNotFound, solve
 from ocp.arrays import Array
+from studies.arm.optimal.finished_solves import FinishedSolves, Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import aimed_at_rest, refine
-from studies.arm.optimal.rounds import MISS
+from studies.arm.optimal.rounds import MISS, SAME
 from studies.arm.optimal.solve import check_bending, check_caps, solve_again, solve_stage
 from studies.arm.questions.fronts.point import (
     ASKED_ENERGY,
@@ -48,7 +49,7 @@ from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.pareto.surface.walk import OutOfTimeError
+from studies.common.finished import FinishedStarts
 
 _CORRECTIONS = 3  # solves at most until the full model keeps its energy
 
@@ -63,29 +64,28 @@ class _Tried:
     asked: float | None = None
 
 
-class _NotStillError(NotFoundError):
+class _NotStillError(PointNotFound):
     """A motion was found, but the full model is left with more than is allowed."""
 
 
 class ArmFront:
-    """A study's motions as points of a front; a `continuation.Subject`.
+    """A study's motions as points of a front; a `fronts.found.MechanismFront`.
 
     Parameters
     ----------
-    levels : limits that all points have beside the one that moves, by quantity.
-    until : when the seconds of a surface are over, on the monotonic clock.
+    kept : FinishedStarts, optional
+        Where solves go to, and where those of an earlier run are read.
     """
 
+    known = SAME
+
     def __init__(
-        self,
-        study: TradeOffStudy,
-        console: Console,
-        levels: Mapping[str, float] | None = None,
-        until: float = math.inf,
+        self, study: TradeOffStudy, console: Console, kept: FinishedStarts | None = None
     ) -> None:
-        self.study, self.console, self.until = study, console, until
-        self.levels = dict(levels or {})
+        self.study, self.console = study, console
+        self.solver: Solve = solve if kept is None else FinishedSolves(kept, console.live)
         self.limited, self.least = study.limited, study.least
+        self.axes = AXES[self.limited], AXES[self.least]
         self.residual = study.still
         self.lightest = math.inf  # weight of the smoothness that either end needs, once known
         self.solves = 0
@@ -93,43 +93,32 @@ class ArmFront:
         self.bests: dict[str, ArmPoint] = {}  # of the quantities that ends were sought by
         self._at_rest: dict[tuple[float, TorqueCaps, str], OptimalMotion] = {}
 
-    def ends(
-        self,
-        lefts: Sequence[ArmPoint] = (),
-        rights: Sequence[ArmPoint] = (),
-        bests: Sequence[Mapping[str, ArmPoint]] = (),
-    ) -> tuple[FrontPoint, FrontPoint]:
-        """Points at the lowest and at the highest limit.
-
-        Parameters
-        ----------
-        lefts, rights, bests : of other fronts, their ends and best motions, from which these may
-            start.
+    def ends(self) -> Iterator[FrontPoint]:
+        """The points at the highest and at the lowest limit.
 
         Raises
         ------
         StudyError
             If there is none.
         """
-        lows, high = self.limits(bests)
+        lows, high = self.limits()
         for limit in (lows[0], high):
             demand = self._demand(limit)
             check_bending(demand.stage)
             if demand.left is None:  # a rigid arm's least torque is that from rest to rest
                 check_caps(demand.stage, demand.caps)
-        right = self._end((high,), "down", [*rights, *self._best_of(self.least)])
-        left = self._end(lows, "up", [*lefts, *self._best_of("peak-torque")])
+        right = self._end((high,), "down", self._best_of(self.least))
+        yield right
+        left = self._end(lows, "up", self._best_of("peak-torque"))
         self.lightest = min(end.motion.motion.weight for end in (left, right))
-        return left, right
+        yield left
 
-    def limits(
-        self, bests: Sequence[Mapping[str, ArmPoint]] = ()
-    ) -> tuple[tuple[float, ...], float]:
+    def limits(self) -> tuple[tuple[float, ...], float]:
         """Lowest limits to try and the highest: those stated, or what one would look at first."""
         if self.study.range is not None:
             low, high = self.study.range
             return (low,), high
-        stage = Demand.of(self.study.slew, self.levels).stage
+        stage = self.study.slew
         if self.limited == "time":
             shortest, longest = FRONT_DURATIONS
             return (shortest * stage.duration,), longest * stage.duration
@@ -137,41 +126,31 @@ class ArmFront:
             return tuple(self.residual * ten for ten in ABOVE_REST), most_left(stage)
 
         # from little more than the least torque to that of the least of the other
-        least, other = (self._best(name, bests) for name in ("peak-torque", self.least))
+        least, other = (self._best(name) for name in ("peak-torque", self.least))
         lows = tuple(least.values["peak-torque"] * (1 + part) for part in ABOVE_THE_LEAST)
         return lows, max(other.values["peak-torque"], WIDEST_AT_LEAST * lows[0])
 
-    def _best(self, name: str, bests: Sequence[Mapping[str, ArmPoint]]) -> ArmPoint:
-        """The motion that is best in a quantity under the levels alone."""
+    def _best(self, name: str) -> ArmPoint:
+        """The motion that is best in a quantity, without a limit."""
         self.console.progress(f"an end of the front: the least {AXES[name].title}")
-        found = None
-        for start in (other[name] for other in bests if name in other):
-            with suppress(NotFoundError):
-                found = self._solved(self.levels, name, start.motion, start.aim)
-                break
-        if found is None:
-            try:
-                found = self._from_rest(self.levels, name)
-            except NotFoundError as error:
-                raise StudyError(
-                    f"the least {AXES[name].title} was not found: {error}; state a range",
-                    ExitCode.NOT_SOLVED,
-                ) from error
-        self.bests[name] = found
-        return found
+        try:
+            self.bests[name] = self._from_rest({}, name)
+        except PointNotFound as error:
+            raise StudyError(
+                f"the least {AXES[name].title} was not found: {error}; state a range",
+                ExitCode.NOT_SOLVED,
+            ) from error
+        return self.bests[name]
 
     def _best_of(self, name: str) -> list[ArmPoint]:
         """The motion that is best in a quantity, where it was sought: it may start an end."""
         return [self.bests[name]] if name in self.bests else []
 
     def _demand(self, limit: float) -> Demand:
-        """What a limit and the levels ask for."""
-        return Demand.of(self.study.slew, self._limits(limit))
+        """What a limit asks for."""
+        return Demand.of(self.study.slew, {self.limited: limit})
 
-    def _limits(self, limit: float) -> dict[str, float]:
-        return {**self.levels, self.limited: limit}
-
-    def _end(self, limits: Sequence[float], way: Way, near: Sequence[ArmPoint]) -> FrontPoint:
+    def _end(self, limits: Sequence[float], way: FrontWay, near: Sequence[ArmPoint]) -> FrontPoint:
         """The point at an end, the first of some limits at which one is found.
 
         The best that motions near by lead to; else from a refined motion.
@@ -186,13 +165,13 @@ class ArmFront:
             self.console.progress(f"an end of the front: {axis.title} {limit:.5g} {axis.unit}")
             found = []
             for start in near:
-                with suppress(NotFoundError):
+                with suppress(PointNotFound):
                     found.append(self._from(start, limit, way))
             if found:
                 return min(found, key=lambda point: point.y)
             try:
                 return self._cold(limit, way)
-            except NotFoundError as error:
+            except PointNotFound as error:
                 if limit == limits[-1]:
                     end = "lower" if way == "up" else "upper"
                     raise StudyError(
@@ -204,10 +183,10 @@ class ArmFront:
                 self.console.progress(self.remarks[-1])
         raise AssertionError  # there is a limit
 
-    def _cold(self, limit: float, way: Way, *, afresh: bool = False) -> FrontPoint:
+    def _cold(self, limit: float, way: FrontWay, *, afresh: bool = False) -> FrontPoint:
         """A point from a motion that was refined from a rigid arm's."""
         begin = clock.perf_counter()
-        found = self._from_rest(self._limits(limit), self.least)
+        found = self._from_rest({self.limited: limit}, self.least)
         return self._told(limit, found, way, begin, afresh=afresh)
 
     def _from_rest(self, limits: Mapping[str, float], least: str) -> ArmPoint:
@@ -223,19 +202,21 @@ class ArmFront:
 
     def _refined(self, stage: Stage, caps: TorqueCaps, least: str) -> OptimalMotion:
         """The motion that `arm solve` would give."""
-        self._in_time()
         try:
-            motion = solve_stage(stage, caps=caps, objective=least, progress=self.console.live)
+            motion = solve_stage(
+                stage, caps=caps, objective=least, progress=self.console.live, solver=self.solver
+            )
             found = refine(
                 motion,
                 residual=self.residual,
                 say=self.console.progress,
                 live=self.console.live,
+                solver=self.solver,
             )
         except (StudyError, ModelError) as error:
-            raise NotFoundError(str(error)) from error
+            raise PointNotFound(str(error)) from error
         if not found.resolved:
-            raise NotFoundError(
+            raise PointNotFound(
                 f"the full model is left with {found.replay.residual_energy:.2e} J, "
                 f"{self.residual:g} J are allowed (more by --residual-energy)"
                 if not found.still
@@ -243,25 +224,25 @@ class ArmFront:
             )
         return found.motion
 
-    def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+    def near(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
         """The point at a limit, from the motion of a neighbour and its aim."""
         return self._from(before.motion, limit, way)
 
-    def _from(self, start: ArmPoint, limit: float, way: Way) -> FrontPoint:
+    def _from(self, start: ArmPoint, limit: float, way: FrontWay) -> FrontPoint:
         begin = clock.perf_counter()
-        found = self._solved(self._limits(limit), self.least, start.motion, start.aim)
+        found = self._solved({self.limited: limit}, self.least, start.motion, start.aim)
         return self._told(limit, found, way, begin)
 
-    def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+    def afresh(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
         """The same, refined from a rigid arm's motion."""
         del before
         return self._cold(limit, way, afresh=True)
 
     def _told(
-        self, limit: float, kept: ArmPoint, way: Way, begin: float, *, afresh: bool = False
+        self, limit: float, kept: ArmPoint, way: FrontWay, begin: float, *, afresh: bool = False
     ) -> FrontPoint:
         """The point of a motion, which progress is told of."""
-        across, up = AXES[self.limited], AXES[self.least]
+        across, up = self.axes
         x, y = kept.values[across.key], kept.values[up.key]
         seconds = clock.perf_counter() - begin
         self.console.progress(
@@ -294,7 +275,7 @@ class ArmFront:
         # an end that needed more smoothness than the other one hands it on to its neighbours
         lighter = max(self.lightest, weight / LIGHTER[ELBOW in found.motion.stage.moving])
         if lighter < weight:
-            with suppress(NotFoundError):
+            with suppress(PointNotFound):
                 found = self._once(found.motion, demand, least, lighter, intervals, found.aim)
 
         return self._kept(found, limits)
@@ -322,23 +303,26 @@ class ArmFront:
         aim: Array,
     ) -> _Tried:
         """The motion that is best at a weight, whose full model keeps what is asked."""
-        self._in_time()
         try:
             if demand.left is None:
                 motion = self._again(start, demand, least, weight, intervals, aim)
                 found, aim = aimed_at_rest(
-                    motion, aim, residual=self.residual, live=self.console.live
+                    motion,
+                    aim,
+                    residual=self.residual,
+                    live=self.console.live,
+                    solver=self.solver,
                 )
                 tried = _Tried(found.motion, found.replay, aim)
             else:
                 tried = self._swinging(start, demand, least, weight, intervals, aim)
         except (StudyError, ModelError) as error:
-            raise NotFoundError(str(error)) from error
+            raise PointNotFound(str(error)) from error
         left = tried.replay.residual_energy
         if left > (self.residual if demand.left is None else demand.left):
             raise _NotStillError(f"the full model is left with {left:.3g} J")
         if tried.replay.miss > MISS:
-            raise NotFoundError(f"the full model ends {tried.replay.miss:.1e} rad beside its angle")
+            raise PointNotFound(f"the full model ends {tried.replay.miss:.1e} rad beside its angle")
         return tried
 
     def _swinging(
@@ -384,8 +368,5 @@ class ArmFront:
             intervals=intervals,
             stated=demand.stated(least),
             progress=self.console.live,
+            solver=self.solver,
         )
-
-    def _in_time(self) -> None:
-        if clock.monotonic() > self.until:
-            raise OutOfTimeError

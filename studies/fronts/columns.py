@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocp.analysis.front.continuation import FrontPoint
-from ocp.analysis.front.envelope import Front
+from ocp import FrontPoint, ParetoFront
 from ocp.arrays import Array
 from studies.common.result import Series
 
@@ -35,7 +34,9 @@ def price_unit(y: FrontAxis, x: FrontAxis) -> str:
     return f"{y.unit}/({x.unit})" if compound else f"{y.unit}/{x.unit}"
 
 
-def front_series(front: Front, bounds: Array, x: FrontAxis, y: FrontAxis) -> dict[str, Series]:
+def front_series(
+    front: ParetoFront, bounds: Array, x: FrontAxis, y: FrontAxis
+) -> dict[str, Series]:
     """The front along its limited objective, and the points that it dominates.
 
     Parameters
@@ -77,18 +78,20 @@ def law_series(
     return found
 
 
-def front_details(
-    front: Front, x: FrontAxis, y: FrontAxis, bound: str = "proven: none is below"
-) -> dict[str, object]:
-    """What a figure needs besides, and how the front came about; `bound` is what a bound says."""
+def front_details(front: ParetoFront, x: FrontAxis, y: FrontAxis) -> dict[str, object]:
+    """What a figure needs besides, and how the front came about."""
     points = [*front.points, *front.dominated]
     return {
         "axes": [vars(x), vars(y)],
-        "bound": bound,
         "gaps": [list(gap) for gap in front.gaps],
-        "knee": None if front.knee is None else front.points[front.knee].x,
+        "knee": None if front.knee is None else front.knee.x,
         "points": len(front.points),
         "dominated": len(front.dominated),
         "afresh": sum(point.afresh for point in points),
         "seconds_of_points": sum(point.seconds for point in points),
     }
+
+
+def point_name(number: int) -> str:
+    """How a point of a front is named, from 1, the one with the least limit first."""
+    return f"point {number}"

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from ocp.arrays import Array
 from studies.common.drawing import COLOURS, label_axes, logarithmic_below, look
 from studies.common.result import Result
-from studies.pareto.columns import WAYS, FrontAxis
+from studies.fronts.columns import WAYS, FrontAxis
 
 MARKS = {
     "up": ("found with rising limits", ">"),
@@ -28,11 +28,6 @@ TALLEST = 2.0  # of the front's height, which a law may be above it and still be
 
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     """The figure of a result, with the name of its file."""
-    if len(result.details["axes"]) == 3:
-        from studies.pareto.surface.figures import surface_figure
-
-        yield "surface", surface_figure(result)
-        return
     yield "front", front_figure(result)
 
 

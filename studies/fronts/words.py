@@ -4,38 +4,73 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocp.analysis.front.continuation import FrontPoint
-from ocp.analysis.front.envelope import Front, reached
+import numpy as np
+
+from ocp import FrontPoint, ParetoFront
+from ocp.arrays import Array
 from studies.common.console import number
-from studies.pareto.columns import FrontAxis
+from studies.common.result import Criterion, Verdict
+from studies.fronts.columns import FrontAxis
 
 HUNDREDTH = 0.01  # of a limit: so much more of it has a price that one can imagine
+BELOW = 1e-6  # relative, by which a value may be below its bound
 TOLERANCE = 1e-6  # relative: of the verification, within which two values are indistinguishable
 
 
-def front_in_words(front: Front, x: FrontAxis, y: FrontAxis) -> tuple[str, ...]:
-    """Both ends, the knee and the gaps; then what a little more of the limit saves."""
+def front_in_words(front: ParetoFront, x: FrontAxis, y: FrontAxis) -> tuple[str, ...]:
+    """Its remarks, both ends, the knee and the gaps; then what a little more of the limit saves."""
     first, last = front.points[0], front.points[-1]
     span = f"{len(front.points)} verified points, from {_at(first, x, y)} to {_at(last, x, y)}"
     if len(front.points) == 1:
         span = f"one verified point, {_at(first, x, y)}"
     sentences = [
-        f"The front has {span}; dropped because others dominate them: {len(front.dominated)}."
+        *front.remarks,
+        f"The front has {span}; dropped because others dominate them: {len(front.dominated)}.",
     ]
     if front.knee is not None:
-        sentences.append(f"Its knee is at {_at(front.points[front.knee], x, y)}.")
+        sentences.append(f"Its knee is at {_at(front.knee, x, y)}.")
     sentences += [
         f"It has a gap between {number(a, 6)} and {number(b, 6)} {x.unit}: no point was found "
         "there that no other dominates."
         for a, b in front.gaps
     ]
 
-    places = [0, len(front.points) - 1]
-    if front.knee is not None:
-        places.insert(1, front.knee)
     # two places may be alike in all digits that are said
-    priced = dict.fromkeys(price_at(front.points[place], x, y) for place in places)
-    return (*sentences, *priced)
+    priced = (first, *([] if front.knee is None else [front.knee]), last)
+    return (*sentences, *dict.fromkeys(price_at(point, x, y) for point in priced))
+
+
+def front_verdict(front: ParetoFront) -> Verdict:
+    """Local: from both ends, or unverified where the user stopped it."""
+    count = len(front.points)
+    if front.interrupted:
+        words = f"{count} point{'s' * (count != 1)} of the front"
+        return Verdict("unverified", f"unverified: stopped with {words}")
+    return Verdict(
+        "local",
+        f"local: {count} verified points, each the best of walks from both ends of the front",
+    )
+
+
+def checks_of_points(front: ParetoFront, y: FrontAxis, bounds: Array) -> tuple[Criterion, ...]:
+    """That no point is below its bound; each point itself was held against all that it has to.
+
+    Parameters
+    ----------
+    bounds : (points,) proven, nan where there is none.
+    """
+    count = float(len(front.points))
+    name = "points of the front whose motion meets all its checks"
+    checks = [Criterion(name, "1", count, count, True)]
+
+    known = np.isfinite(bounds)
+    if known.any():
+        values = np.array([point.y for point in front.points])
+        below = float((1 - values[known] / bounds[known]).max())
+        checks.append(
+            Criterion(f"{y.title} below its bound", "of the bound", below, BELOW, below <= BELOW)
+        )
+    return tuple(checks)
 
 
 def open_end_in_words(sentence: str, value: float, nearest: float) -> str:
@@ -53,18 +88,11 @@ def open_end_in_words(sentence: str, value: float, nearest: float) -> str:
 
 def price_at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:
     """What a second, or a hundredth of the limit, saves at a point."""
-    saved = price_in_words(point.limit, point.slope, x, y, of_a_time=1.0)
-    return f"At {number(point.limit, 5)} {x.unit}: {saved} of {y.title}, at this slope."
-
-
-def price_in_words(
-    limit: float, slope: float, of: FrontAxis, least: FrontAxis, of_a_time: float
-) -> str:
-    """What a little more of a limit saves: so many seconds of a time, else a hundredth of it."""
-    more, share = (of_a_time, "") if of.key == "time" else (HUNDREDTH * limit, " (1 %)")
+    more, share = (1.0, "") if x.key == "time" else (HUNDREDTH * point.limit, " (1 %)")
+    saved = max(-point.slope, 0.0) * more
     return (
-        f"{number(more, 3)} {of.unit}{share} more of {of.title} saves "
-        f"{number(max(-slope, 0.0) * more, 3)} {least.unit}"
+        f"At {number(point.limit, 5)} {x.unit}: {number(more, 3)} {x.unit}{share} more of "
+        f"{x.title} saves {number(saved, 3)} {y.unit} of {y.title}, at this slope."
     )
 
 
@@ -88,7 +116,7 @@ def nothing_to_trade(
 
 
 def dominated_law(
-    front: Front,
+    front: ParetoFront,
     name: str,
     place: Sequence[float],
     axes: tuple[FrontAxis, FrontAxis],
@@ -102,42 +130,19 @@ def dominated_law(
     broken : titles of the caps that the law breaks.
     """
     (x, y), (across, up) = place, axes
-    best = reached(front.points, x)
-    return law_beside(
-        f"{name} ({number(x, 5)} {across.unit}, {number(y, 6)} {up.unit})",
-        (None if best is None else best.y, y, up.unit),
-        ("front", across.title, "is left of the front, where no point was looked for"),
-        broken,
-    )
-
-
-def law_beside(
-    head: str,
-    compared: tuple[float | None, float, str],
-    words: tuple[str, str, str],
-    broken: Sequence[str],
-) -> str:
-    """How a law compares with the best point that has no more than it of what is limited.
-
-    Parameters
-    ----------
-    head : the law and where it is.
-    compared : what is least, of the best point (None without one) and of the law, and its unit.
-    words : "front" or "surface", what there is no more of, and what is said without a point.
-    broken : titles of the caps that the law breaks.
-    """
-    (best, value, unit), (of, limited, nowhere) = compared, words
+    best = front.at_most(x)
+    head = f"{name} ({number(x, 5)} {across.unit}, {number(y, 6)} {up.unit})"
     also = f"; it breaks the cap on {', '.join(broken)}" if broken else ""
     if best is None:
-        return f"{head} {nowhere}{also}."
-    gain = 1 - best / value
+        return f"{head} is left of the front, where no point was looked for{also}."
+    gain = 1 - best.y / y
     if gain > TOLERANCE:
         return (
-            f"{head} is dominated: with no more {limited} the {of} needs {number(best, 6)} {unit}, "
-            f"{100 * gain:.3g} % less{also}."
+            f"{head} is dominated: with no more {across.title} the front needs "
+            f"{number(best.y, 6)} {up.unit}, {100 * gain:.3g} % less{also}."
         )
     word = "indistinguishable from" if gain > -TOLERANCE else "below"
-    return f"{head} is {word} the {of}, by {abs(100 * gain):.2g} %{also}."
+    return f"{head} is {word} the front, by {abs(100 * gain):.2g} %{also}."
 
 
 def _at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:
