@@ -21,6 +21,7 @@ LEAST_BY_DEFAULT = "peak-acceleration"  # global, in closed form wherever it kee
 if TYPE_CHECKING:
     from studies.check.reading.profile import MeasuredProfile
     from studies.common.result import Result
+    from studies.common.study import Study
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,6 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "file [s]; else rest that was recorded is found",
         )
     parser.add_argument(
+        "--study",
+        dest="of",
+        metavar="NAME",
+        help="a study of another package, which judges its profile; else the columns tell",
+    )
+    parser.add_argument(
         "--no-optimum", action="store_true", help="compare the profile with no optimum"
     )
 
@@ -66,11 +73,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out the sub-command; a folder is written only if it is asked for."""
-    from studies.check.reading.profile import ARM, read_profile
-
-    measured = read_profile(options.profile, options.column)
-    ask = _ask_arm if measured.mechanism == ARM else _ask_truss
-    result, input_text = ask(measured, options, console)
+    study = STUDY
+    if options.of is None:
+        result, input_text = _ask(options, console)
+    else:
+        study, result, input_text = _ask_own(options, console)
 
     if options.results is None:
         from studies.common.writers import exit_code, outcome_text
@@ -85,7 +92,28 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     again = f"{_command(options)} {folder.file('input.toml')}"
     with folder.written():
         folder.file("input.toml").write_text(input_text, "utf-8")
-        return hand_over(STUDY, result, folder, again, options, console)
+        return hand_over(study, result, folder, again, options, console)
+
+
+def _ask(options: argparse.Namespace, console: Console) -> tuple[Result, str]:
+    """The check of a profile of the truss or the arm, and the study that it was held against."""
+    from studies.check.reading.profile import ARM, read_profile
+
+    measured = read_profile(options.profile, options.column)
+    ask = _ask_arm if measured.mechanism == ARM else _ask_truss
+    return ask(measured, options, console)
+
+
+def _ask_own(options: argparse.Namespace, console: Console) -> tuple[Study, Result, str]:
+    """The check of a profile of a study of another package, that study, and how it is stated."""
+    from studies.check.own_study import check_own, judging_study
+    from studies.common.configuration import read_toml, toml_text
+
+    study = judging_study(options.of)
+    stated = stated_study(study, read_toml(options.study), console)
+    result = check_own(study, stated, options.profile, options.column, console)
+    head = f"# Repeats this check: {_command(options)} input.toml\n\n"
+    return study, result, head + toml_text(study.configuration(stated))
 
 
 def _command(options: argparse.Namespace) -> str:
@@ -97,6 +125,8 @@ def _command(options: argparse.Namespace) -> str:
     for flag in ("motion_from", "motion_to"):
         if getattr(options, flag) is not None:
             words += [f"--{flag.replace('_', '-')}", getattr(options, flag)]
+    if options.of is not None:
+        words += ["--study", options.of]
     if options.no_optimum:
         words.append("--no-optimum")
     return shlex.join(words)

@@ -153,6 +153,8 @@ class Study:
         is checked ("profile"), parts of one motion ("parts"), or many cases ("cases").
     mechanism : what moves; a `Mechanism` or where it is.
     motions : function from a result and the name of one of its motions to a result of that motion.
+    profile, judge : units of the columns of a profile, by name, and a function from a stated
+        study, these columns and a console to a result, for `antenna-ocp check --study NAME`.
     sweep : how it can be swept; None if it cannot.
     command : module with `add_arguments(parser)` and `run(options, console)`, if its command is
         one of its own.
@@ -181,6 +183,8 @@ class Study:
     answers: Literal["motion", "profile", "parts", "cases"] = "motion"
     mechanism: str | Mechanism | None = None
     motions: Place | None = None
+    profile: Mapping[str, str] = field(default_factory=dict)
+    judge: Place | None = None
     sweep: Swept | None = None
     command: str = ""
 

@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from studies import registry
@@ -139,11 +140,11 @@ def of_the_page() -> str:
     """The module that the page on studies of one's own shows."""
     page = (ROOT / "docs" / "how-to" / "own-study.md").read_text("utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
-    return "\n\n".join(blocks[:4])
+    return "\n\n".join(blocks[:5])
 
 
 @pytest.mark.slow
-def test_a_study_of_another_package_runs_reports_exports_and_sweeps(tmp_path: Path) -> None:
+def test_a_study_of_another_package_runs_reports_exports_sweeps_and_checks(tmp_path: Path) -> None:
     environment = package(tmp_path, of_the_page())
     (tmp_path / "sweep.toml").write_text('subject = "lift"\n[parameters]\nduration = [6.0, 8.0]\n')
     assert "a study of the package lift-study" in command("--help", tmp_path, environment).stdout
@@ -166,9 +167,37 @@ def test_a_study_of_another_package_runs_reports_exports_and_sweeps(tmp_path: Pa
     assert (tmp_path / "out" / "motion.png").is_file()
     rows = (tmp_path / "rows.csv").read_text("utf-8").splitlines()
     assert any(line.startswith("time [s],height [m]") for line in rows)
+    check_a_profile(tmp_path, environment)
     refused = command("lift --speed-cap 1", tmp_path, environment)
     assert refused.returncode == ExitCode.BAD_INPUT
     assert "--speed-cap is 1 m/s, which is too slow" in refused.stderr
+
+
+def check_a_profile(folder: Path, environment: dict[str, str]) -> None:
+    """A smooth rise by 10 m in 8 s, whose peak speed is 15/8 of the mean one."""
+    rows = [
+        (8000 * t, 1e3 * 10 * t**3 * (10 - 15 * t + 6 * t**2))
+        for t in np.linspace(0, 1, 401).tolist()
+    ]
+    lines = ["time [ms],height [mm]", *(f"{time!r},{height!r}" for time, height in rows)]
+    (folder / "rise.csv").write_text("\n".join(lines), "utf-8")
+    for cap, code in (("2.4", ExitCode.OK), ("2.3", ExitCode.NOT_VERIFIED)):
+        (folder / "lift.toml").write_text(f"speed_cap = {cap}\n")
+        words = f"check rise.csv lift.toml --study lift --results check-{cap}"
+        done = command(words, folder, environment)
+        assert done.returncode == code, done.stderr
+    record = json.loads((folder / "check-2.4" / "verification.json").read_text())
+    assert record["values"]["peak-speed"] == pytest.approx(15 / 8 * 10 / 8, rel=1e-4)
+    assert (folder / "check-2.4" / "motion.png").is_file()
+    missing = command("check rise.csv --study lift --column height=level", folder, environment)
+    assert missing.returncode == ExitCode.BAD_INPUT
+    assert "has no column 'level'" in missing.stderr
+
+
+def test_a_study_that_judges_no_profile_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "rise.csv", "--study", "truss"]) == ExitCode.BAD_INPUT
+    said = capsys.readouterr().err
+    assert "--study is 'truss', no study that judges profiles" in said
 
 
 @pytest.mark.parametrize(

@@ -154,6 +154,31 @@ def understood(table: RawTable, asked: Mapping[str, str]) -> list[Column]:
     return columns + _by_units(table, columns)
 
 
+def own_column(table: RawTable, name: str, unit: str, asked: str = "") -> tuple[int, float]:
+    """The place of a column of which a study says the unit, and the factor to that unit.
+
+    Parameters
+    ----------
+    asked : str
+        Header or number that the user names, with ":UNIT" behind it if he gives one.
+
+    Raises
+    ------
+    StudyError
+        If there is no such column, or its unit is another kind of unit.
+    """
+    header, colon, typed = asked.rpartition(":")
+    place = _place(table, ((header if colon else asked) or name).strip())
+    written = typed if colon else _split(table.headers[place])[1]
+    if not written or _plain_unit(written) == _plain_unit(unit):
+        return place, 1.0
+    kinds = [kind for kind, known in UNITS.items() if known.get(_plain_unit(unit)) == 1.0]
+    factor = _factor(written, kinds[0]) if kinds else None
+    if factor is None:
+        refuse(table.path, f"has {name} in '{written}', not in {unit}; write the column in {unit}")
+    return place, factor
+
+
 def _by_units(table: RawTable, columns: Sequence[Column]) -> list[Column]:
     """The one column of times, or of angles, by its unit, if no other is understood as that."""
     known = {DIMENSIONS[column.quantity] for column in columns}

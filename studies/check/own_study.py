@@ -1,0 +1,86 @@
+"""A profile that is held against a study of another package, which says what it has to keep."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies import registry
+from studies.check.reading.headers import own_column
+from studies.check.reading.raw_table import read_table
+from studies.check.reading.table import refuse
+from studies.common.configuration import check_keys, nearest
+from studies.common.console import Console
+from studies.common.exit_codes import StudyError, quoted
+from studies.common.result import Result
+from studies.common.study import Study, placed
+
+
+def judging_study(name: str) -> Study:
+    """The study of a command that judges profiles.
+
+    Raises
+    ------
+    StudyError
+        If there is none.
+    """
+    found = registry.command(name) if name in registry.names() else None
+    if isinstance(found, Study) and found.judge is not None:
+        return found
+    known = [study.name for study in registry.studies() if study.judge is not None]
+    near = nearest(name, known)
+    hint = f"did you mean {near}?" if near else f"choose one of {', '.join(known)}"
+    without = "leave it out: a profile of the truss or the arm is told by its columns"
+    raise StudyError(
+        f"--study is {quoted(name)}, no study that judges profiles; {hint if known else without}"
+    )
+
+
+def check_own(
+    study: Study, stated: Any, path: Path, asked: Sequence[str], console: Console
+) -> Result:
+    """What a study says of the profile in a file.
+
+    Parameters
+    ----------
+    stated : configuration
+        The study that the profile is held against.
+    asked : sequence of str
+        WHAT=HEADER:UNIT, of columns that are not found by their names.
+
+    Raises
+    ------
+    StudyError
+        If a column is missing, or holds no rising times or no numbers.
+    """
+    named = dict(one.partition("=")[::2] for one in asked)
+    check_keys(named, study.profile, "--column ")
+    columns = _columns(path, study.profile, named)
+    assert study.judge is not None
+    result: Result = placed(study.judge)(stated, columns, console)
+    return result
+
+
+def _columns(path: Path, units: Mapping[str, str], named: Mapping[str, str]) -> dict[str, Array]:
+    """The columns that a study needs, in its units."""
+    table = read_table(path)
+    found = {}
+    for name, unit in units.items():
+        place, factor = own_column(table, name, unit, named.get(name, ""))
+        found[name] = factor * table.column((place,))[0]
+        bad = np.flatnonzero(~np.isfinite(found[name]))
+        if bad.size:
+            refuse(path, f"has no number for {name} in {table.line_of(int(bad[0]))}; fill it in")
+    if "time" in found:
+        back = np.flatnonzero(np.diff(found["time"]) <= 0.0)
+        if back.size:
+            refuse(
+                path,
+                f"has a time that does not rise in {table.line_of(int(back[0]) + 1)}; "
+                "sort its rows",
+            )
+    return found
