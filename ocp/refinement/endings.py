@@ -33,9 +33,9 @@ _FAR = 1e-3
 _ALL_OF_IT = 0.5
 _NEXT_TO_NO_TIME = 1e-2
 
-# Iterations times unknowns from which on a solve has cost much, and the accuracy of a motion that
-# may do then. The dearest case of `make regression` takes 4e6.
-MUCH, _FINE = 5e6, 1e-4
+# Iterations times unknowns times signals from which on a solve has cost much, and the accuracy of a
+# motion that may do then. The dearest case of `make regression` takes 2.4e7.
+MUCH, _FINE = 3e7, 1e-4
 
 # Mesh iterations in a row over which the objective stands still where nothing more is to be gained.
 # It takes one more where only a promised gain is open or much is promised, as a mesh may have been
@@ -136,19 +136,21 @@ def _has_cost_enough(
     """Whether a motion that is accurate to 1e-4 has cost much, and a better one would cost more.
 
     That is where the next mesh would cost more than all before it, or where the last three have not
-    halved what is open. Costs are iterations times unknowns. Not where an accuracy or a budget of
-    seconds was asked for.
+    halved what is open. Costs are iterations times unknowns times the most signals of a phase, as
+    what it takes to factorise a point grows faster than its unknowns. Not where an accuracy or a
+    budget of seconds was asked for.
     """
     solved, settings = history.solved, meshes.settings
     default = settings.accuracy == Accuracy() and settings.seconds is None
-    cost = sum(entry.iterations * entry.unknowns for entry in history.mesh_iterations)
+    signals = max(map(len, meshes.problem.signals.values()))
+    cost = sum(m.iterations * m.unknowns * signals for m in history.mesh_iterations)
     if not default or step.mesh is None or cost < MUCH or len(solved) < _STILL_IN_DOUBT:
         return False
     best, last = best_of(solved, accuracy), solved[-1]
     if max(best.errors.dynamics, best.excess, objective_error(solved, best)) > _FINE:
         return False
     finer = step.mesh.intervals / last.iterate.mesh.intervals
-    ahead = last.iterations * last.iterate.x.size * finer
+    ahead = last.iterations * last.iterate.x.size * signals * finer
     now, before = (s.worst_in_tolerances(accuracy) for s in (last, solved[-_STILL_IN_DOUBT]))
     return ahead > cost or now > _FALLING * before
 

@@ -32,7 +32,14 @@ from ocp.refinement.endings import stands_still
 from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
 from ocp.refinement.solved_mesh import SolvedMesh, best_of, is_refuted
 from ocp.scaling.scales import Scales
-from tests.ocp.problems import STRONGEST, double_integrator, least_time, race, rest_to_rest
+from tests.ocp.problems import (
+    STRONGEST,
+    cubic_oscillator,
+    double_integrator,
+    least_time,
+    race,
+    rest_to_rest,
+)
 
 SWING = 0.2  # [s], at the end of a long phase
 
@@ -104,6 +111,15 @@ def test_intervals_are_cut_where_more_points_lead_the_solver_astray():
     assert after.intervals > before.intervals
     assert found.verification.passed
     assert found.objective == pytest.approx(3.9522152, rel=1e-6)
+
+
+def test_what_finer_controls_promise_counts_twice_up_to_the_accuracy_asked_for():
+    swing, optimum = cubic_oscillator(Between(1, 9, 3)), 1.7630295896
+    still = AdaptiveMesh(move_breakpoints=False)
+    found = solve(swing, settings=Settings(intervals=8, accuracy=0.02, refinement=still))
+    gain = found.mesh_iterations[-1].gain
+    assert found.accuracy == pytest.approx(min(2 * gain, 0.02), rel=1e-12)
+    assert abs(found.objective - optimum) / optimum <= found.accuracy
 
 
 FEW = Settings(intervals=5)
