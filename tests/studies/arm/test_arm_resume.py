@@ -79,6 +79,23 @@ def test_a_motion_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) 
     assert Result.load(out).value("residual_energy") <= 1e-6
 
 
+@pytest.mark.slow
+def test_a_front_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) -> None:
+    out, front = tmp_path / "out", ("pareto", "arm", "--range", "8.6..8.7", "--no-figures")
+    monkeypatch.setattr(finished_solves, "solve", Counted(stopped_at=3))
+    assert main([*front, "--results", str(out)]) == ExitCode.INTERRUPTED
+    messages = capsys.readouterr().err
+    assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp pareto arm --resume {out}")
+    assert len(list((out / "starts").glob("*.json"))) == 2
+
+    # the third solve is the first that is not there
+    counted = Counted(stopped_at=1)
+    monkeypatch.setattr(finished_solves, "solve", counted)
+    assert main(["pareto", "arm", "--resume", str(out), "--no-figures"]) == ExitCode.INTERRUPTED
+    assert "solve 2: found in an earlier run" in capsys.readouterr().err
+    assert counted.calls == 1
+
+
 def test_resume_takes_no_other_words(tmp_path: Path, capsys) -> None:
     words = ["arm", "solve", "--resume", str(tmp_path)]
     assert main([*words, "--drive", "angle"]) == ExitCode.BAD_INPUT

@@ -83,7 +83,7 @@ class ArmFront:
         self, study: TradeOffStudy, console: Console, kept: FinishedStarts | None = None
     ) -> None:
         self.study, self.console = study, console
-        self.solver: Solve = solve if kept is None else FinishedSolves(kept, console.live)
+        self.solver: Solve = solve if kept is None else FinishedSolves(kept, console.progress)
         self.limited, self.least = study.limited, study.least
         self.axes = AXES[self.limited], AXES[self.least]
         self.residual = study.still
