@@ -29,7 +29,7 @@ SHARES = (0.0, 0.4, 0.6, 1.0)  # of the duration, of the still pictures of a mot
 MARK = "antenna-ocp report"  # by which a page is known as ours
 
 # what results that are fronts show, which is something else than their mechanism's motion
-_FRONT = "studies.report.subjects.front"
+_FRONT = "studies.fronts.page"
 
 
 @dataclass(frozen=True, eq=False)
