@@ -21,7 +21,7 @@ extensions = [
     "extensions.reports",
     "extensions.tables",
 ]
-exclude_patterns = ["generated/tables", "generated/reports/results", "build"]
+exclude_patterns = ["examples", "generated/tables", "generated/reports/results", "build"]
 nitpicky = True
 # what other packages define has no page here, and their lists of names would have to be fetched
 nitpick_ignore_regex = [

@@ -371,7 +371,7 @@ def _columns(
     record = asked.played(points, course, drive)
     if record.breaches:
         raise _refusal(record, _advice(asked, drive, record, console))
-    result, columns = with_set_points(source.result, columns, course, points, drive)
+    result, columns = with_set_points(source, columns, course, points, drive)
     about = {"column that is played": SET_POINT.format(signal=course.signal)}
     record = dataclasses.replace(record, values={**about, **record.values})
     _told(console, "writing", len(times))
@@ -419,7 +419,7 @@ def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[
         "program": f"{PROGRAM} {version(PROGRAM)}",
         "question": source.result.question,
         "signal": f"{course.signal} [{course.unit}]",
-        "position": _meaning(course),
+        "position": _meaning(source, course),
         "unit": course.unit,
         "duration_s": f"{course.duration:.15g}",
         **{name: f"{value} s" for name, value in part.items() if value is not None},
@@ -427,10 +427,12 @@ def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[
     }
 
 
-def _meaning(course: Course) -> str:
-    """What the positions of a table are."""
+def _meaning(source: Source, course: Course) -> str:
+    """What the positions of a table are; a signal of another mechanism may have any name."""
     from studies.drive.course import DRUM
 
+    if source.truss is None:
+        return f"{'angle' if course.unit == 'rad' else 'way'} since the start"
     since = "since the stowed truss was at rest, positive"
     if course.signal == "rope":
         less = "" if course.stretch is None else ", less the stretch of the rope"
@@ -439,9 +441,7 @@ def _meaning(course: Course) -> str:
         )
     if course.signal == DRUM:
         return f"turn of the drum {since} if rope is hauled in"
-    if course.signal == "angle":
-        return "angle"
-    return f"{'angle' if course.unit == 'rad' else 'way'} since the start"
+    return "angle"
 
 
 def _hand_over(

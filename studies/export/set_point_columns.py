@@ -10,12 +10,13 @@ from studies.common.result import Result, Series
 from studies.drive.course import DRUM, Course
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
+from studies.export.source import Source
 
 SET_POINT = "{signal}_set_point"  # the column of positions; those of its rates begin with it
 
 
 def with_set_points(
-    result: Result, columns: Mapping[str, Array], course: Course, points: SetPoints, drive: Drive
+    source: Source, columns: Mapping[str, Array], course: Course, points: SetPoints, drive: Drive
 ) -> tuple[Result, dict[str, Array]]:
     """The columns with those of the set-points beside them, and a result that knows their units.
 
@@ -24,18 +25,20 @@ def with_set_points(
 
     Parameters
     ----------
-    columns : (m,) each, by names of the result's series.
+    columns : (m,) each, by names of the series of the source's result.
     points : of the course, at the times of the columns.
     """
     name, unit = SET_POINT.format(signal=course.signal), course.unit
     stretch = "" if course.stretch is None else ", with the stretch"
     what = f"rope hauled in since the start{stretch}"
+    # a signal of another mechanism may have any name
+    is_rope = source.truss is not None and course.signal == "rope"
     added = {
         name: Series(
             unit,
             "time",
             points.positions,
-            what if course.signal == "rope" else f"{course.signal} since the start{stretch}",
+            what if is_rope else f"{course.signal} since the start{stretch}",
         ),
         f"{name}_speed": Series(f"{unit}/s", "time", points.velocities, "its rate"),
         f"{name}_acceleration": Series(
@@ -46,6 +49,7 @@ def with_set_points(
         rope = SET_POINT.format(signal="rope")
         added[rope] = Series("m", "time", drive.drum.rope_at(points.positions), what)
 
+    result = source.result
     arrays = {
         key: dataclasses.replace(result.arrays[key], values=values)
         for key, values in columns.items()
