@@ -129,7 +129,7 @@ def stated_version():
 
 
 def test_the_version_is_that_of_the_project():
-    assert ocp.__version__ == stated_version()
+    assert ocp.__version__ == stated_version(), "set the environment up again: make setup"
 
 
 def test_the_citation_names_the_same_version():
