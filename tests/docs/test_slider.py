@@ -50,7 +50,7 @@ def installed(
     forget()
 
 
-def test_the_slider_runs_and_is_reported_exported_and_swept(
+def test_the_slider_runs_and_is_reported_exported_checked_and_swept(
     installed: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -76,6 +76,20 @@ def test_the_slider_runs_and_is_reported_exported_and_swept(
     assert "hauled in" not in (tmp_path / "rows.json").read_text("utf-8")
     last = float(table.splitlines()[-1].split(",")[1])
     assert last == pytest.approx(np.sqrt(2) - np.sqrt(10), abs=2e-6)  # a count of 1.9e-6 m
+
+    # its own export is a profile, also of the law whose columns have a name before theirs
+    assert main(["export", "results/slider-1.6s", "--to", "csv", "--output", "rows.csv"]) == 0
+    words = ["check", "rows.csv", "--study", "slider", "--results", "checked"]
+    assert main([*words, "--column", "position=polynomial/position:m"]) == ExitCode.OK
+    checked = Result.load(tmp_path / "checked")
+    # of a polynomial of fifth degree 15/8 of the mean speed; less by differences over 0.8 ms
+    assert checked.value("peak-speed") == pytest.approx(15 / 8 * 2 / 1.6, rel=1e-5)
+    assert checked.value("peak-force") == pytest.approx(
+        result.value("peak-force", "polynomial"), rel=1e-4
+    )
+    (tmp_path / "far.toml").write_text("travel = 2.1\n", "utf-8")
+    words = ["check", "rows.csv", "far.toml", "--study", "slider"]
+    assert main(words) == ExitCode.NOT_VERIFIED
 
     swept = 'subject = "slider"\n[parameters]\nduration = [4.0]\n'
     (tmp_path / "sweep.toml").write_text(swept)

@@ -260,8 +260,9 @@ def _place(table: RawTable, header: str) -> int:
     texts = [_plain_name(_split(known)[0]) for known in table.headers]
     if header in table.headers:
         return table.headers.index(header)
-    if _plain_name(name) in texts:
-        return texts.index(_plain_name(name))
+    for text in (header, name):  # what is behind a bar may be a unit, or belong to the name
+        if _plain_name(text) in texts:
+            return texts.index(_plain_name(text))
     if not (name.isdecimal() and 1 <= int(name) <= len(table.headers)):
         near = nearest(_plain_name(name), texts)
         hint = f"did you mean '{near}'?" if near else f"it has {listed(table.headers)}"

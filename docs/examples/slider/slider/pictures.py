@@ -29,6 +29,7 @@ def draw(result):
     from studies.common.drawing import label_axes
 
     study = SliderStudy(**result.configuration)
+    laws = list(result.table[0].values)
     time = result.arrays["time"].values
     figure = Figure(figsize=(7, 7), layout="constrained")
     rail, *panels = figure.subplots(3, 1)
@@ -44,8 +45,8 @@ def draw(result):
 
     for panel, name in zip(panels, ("force", "speed"), strict=True):
         unit = result.arrays[name].unit
-        panel.plot(time, result.arrays[name].values, label="optimum")
-        panel.plot(time, result.arrays[f"polynomial/{name}"].values, label="polynomial")
+        panel.plot(time, result.arrays[name].values, label=laws[0])
+        panel.plot(time, result.arrays[f"polynomial/{name}"].values, label=laws[1])
         label_axes(panel, "time [s]", f"{name} [{unit}]")
     panels[0].axhline(result.bounds["peak-force"], color="0.5", linestyle="--", label="bound")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
@@ -75,7 +76,7 @@ def scene(result):
             series[f"{head}force"].values,
             series[f"{head}rope_length"].values,
         )
-        for name, head in (("optimum", ""), ("polynomial", "polynomial/"))
+        for name, head in zip(result.table[0].values, ("", "polynomial/"), strict=True)
     )
     return MovingPicture(
         title="slider",

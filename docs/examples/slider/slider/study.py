@@ -1,6 +1,6 @@
 """The study: its keys, what it finds, and how `antenna-ocp` comes to know it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from studies.common.configuration import check, key, not_negative, positive, who
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.study import Mechanism, Study, Swept
 
-from .mechanics import Slider
+from .mechanics import GRAVITY, Slider
 from .phase_plane import least_peak, shortest_time
 
 
@@ -108,80 +108,111 @@ def run(study, console=None):
             raise StudyError(str(error), ExitCode.NOT_SOLVED) from error
 
     time = np.linspace(0.0, study.duration, 2001)
-    position, speed, pulled = solution.sample([s, v, force], time)
-    return _result(study, time, (position, speed, pulled), float(solution.objective))
+    optimum = tuple(solution.sample([s, v, force], time))
+    return _found(study, time, optimum, float(solution.objective))
 
 
-def _result(study, time, optimum, found):
-    """What was found, against the phase plane, the balance of energy and the polynomial."""
-    from studies.common.comparison_table import TableRow
-    from studies.common.configuration import as_stated
-    from studies.common.folder import provenance
-    from studies.common.result import Result, Series, Verdict, at_most
+def _found(study, time, optimum, peak):
+    """The optimum, against the phase plane and the balance of energy."""
+    from studies.common.result import Verdict, at_most
 
     slider = study.slider
-    polynomial = _polynomial(study, time)
-    arrays = {"time": Series("s", "time", time, "time")}
-    for head, (s, v, force) in (("", optimum), ("polynomial/", polynomial)):
-        arrays |= {
-            f"{head}position": Series("m", "time", s, "of the slider, from its start"),
-            f"{head}speed": Series("m/s", "time", v, "of the slider"),
-            f"{head}force": Series("N", "time", force, "of the rope"),
-            f"{head}rope_length": Series("m", "time", slider.rope_length(s), "up to the pulley"),
-            f"{head}rope_speed": Series(
-                "m/s", "time", slider.rope_rate(s) * v, "change of the rope's length"
-            ),
-        }
-
+    s, v, force = optimum
     bound = least_peak(slider, study.travel, study.duration)
     needed = slider.work_of_resistance(study.travel)
-    given = float(np.trapezoid(optimum[2] * slider.leverage(optimum[0]) * optimum[1], time))
-    proven = found <= bound * (1 + 1e-5)
-    laws = {"optimum": optimum, "polynomial": polynomial}
-    peaks = {name: float(law[2].max()) for name, law in laws.items()} | {"optimum": found}
+    given = float(np.trapezoid(force * slider.leverage(s) * v, time))
+    proven = peak <= bound * (1 + 1e-5)
+    verdict = f"no motion in {study.duration:g} s needs less than {bound:.6g} N, by the phase plane"
+    if not proven:
+        verdict += f"; this one needs {100 * (peak / bound - 1):.2g} % more"
+    checks = (
+        # by the trapezoids over the step of the force
+        at_most(
+            "work of the rope against resistance, relative", "1", abs(given / needed - 1), 1e-3
+        ),
+        at_most("bound against peak force, relative", "1", bound / peak - 1, 1e-5),
+    )
+    verdict = Verdict("global" if proven else "local", verdict)
+    return _result(study, time, {"optimum": optimum}, bound, verdict, checks)
+
+
+def judge(study, columns, console=None):
+    """Whether a rope can move the slider as a profile says, and what force that takes."""
+    from studies.common.result import Verdict, at_most
+
+    time, s = columns["time"] - columns["time"][0], columns["position"]
+    study = replace(study, duration=float(time[-1]))
+    check_possible(study)
+    slider = study.slider
+    v = np.gradient(s, time)
+    force = slider.force(s, np.gradient(v, time))
+    load = slider.load_on_rail(s, force)
+    bound = least_peak(slider, study.travel, study.duration)
+    # a hundredth, for differences of rounded positions
+    checks = (
+        at_most("miss of the travel", "m", float(abs(s[-1] - s[0] - study.travel)), s[-1] / 100),
+        at_most("speed backwards", "m/s", float(-v.min()), float(v.max()) / 100),
+        at_most("push of the rope", "N", float(-force.min()), float(force.max()) / 100),
+        at_most("pull off the rail", "N", float(-load.min()), study.mass * GRAVITY / 100),
+    )
+    verdict = Verdict("measured", "the profile is given; nothing was optimised")
+    return _result(study, time, {"profile": (s, v, force)}, bound, verdict, checks)
+
+
+def _result(study, time, laws, bound, verdict, checks):
+    """A law beside the polynomial of fifth degree."""
+    from studies.common.configuration import as_stated
+    from studies.common.folder import provenance
+    from studies.common.result import Result, Series
+
+    slider = study.slider
+    laws = {**laws, "polynomial": _polynomial(study, time)}
+    arrays = {"time": Series("s", "time", time, "time")}
+    for head, (s, v, force) in zip(("", "polynomial/"), laws.values(), strict=True):
+        columns = {
+            "position": ("m", s, "of the slider, from its start"),
+            "speed": ("m/s", v, "of the slider"),
+            "force": ("N", force, "of the rope"),
+            "rope_length": ("m", slider.rope_length(s), "up to the pulley"),
+            "rope_speed": ("m/s", slider.rope_rate(s) * v, "change of the rope's length"),
+        }
+        arrays |= {
+            f"{head}{name}": Series(unit, "time", values, meaning)
+            for name, (unit, values, meaning) in columns.items()
+        }
     return Result(
         kind="slider",
         question=study.question,
         configuration=as_stated(study),
         arrays=arrays,
-        table=(
-            TableRow(
-                "peak-force",
-                "peak force of the rope",
-                "N",
-                peaks,
-                bound=bound,
-                minimised=True,
-                better="less",
-            ),
-            TableRow(
-                "peak-speed",
-                "peak speed of the slider",
-                "m/s",
-                {name: float(law[1].max()) for name, law in laws.items()},
-                better="less",
-            ),
-            TableRow(
-                "least-force",
-                "least force of the rope",
-                "N",
-                {name: float(law[2].min()) for name, law in laws.items()},
-                better="more",
-            ),
-        ),
+        table=_table(laws, bound),
         bounds={"peak-force": bound},
-        verdict=Verdict(
-            "global" if proven else "local",
-            f"no motion in {study.duration:g} s needs less than {bound:.6g} N, by the phase plane"
-            + ("" if proven else f"; this one needs {found / bound - 1:.2g} of that more"),
-        ),
-        checks=(
-            at_most(
-                "work of the rope against resistance, relative", "1", abs(given / needed - 1), 1e-3
-            ),
-            at_most("bound against peak force, relative", "1", bound / found - 1, 1e-5),
-        ),
+        verdict=verdict,
+        checks=checks,
         provenance=provenance(),
+    )
+
+
+def _table(laws, bound):
+    """Peaks of all laws."""
+    from studies.common.comparison_table import TableRow
+
+    forces = {name: force for name, (_, _, force) in laws.items()}
+    peaks = {name: float(force.max()) for name, force in forces.items()}
+    speeds = {name: float(v.max()) for name, (_, v, _) in laws.items()}
+    least = {name: float(force.min()) for name, force in forces.items()}
+    return (
+        TableRow(
+            "peak-force",
+            "peak force of the rope",
+            "N",
+            peaks,
+            bound=bound,
+            minimised=True,
+            better="less",
+        ),
+        TableRow("peak-speed", "peak speed of the slider", "m/s", speeds, better="less"),
+        TableRow("least-force", "least force of the rope", "N", least, better="more"),
     )
 
 
@@ -214,5 +245,7 @@ STUDY = Study(
         page="slider.pictures",
         signals={"rope": ("rope_length", "rope_speed"), "slider": ("position", "speed")},
     ),
+    profile={"time": "s", "position": "m"},
+    judge=judge,
     sweep=Swept(coarse={"intervals": 6}, seconds=(1.0, 0.5)),
 )
