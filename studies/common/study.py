@@ -84,7 +84,7 @@ class Mechanism:
     limits : sentences on what its model leaves out.
     parameters : function from a configuration to lines of the parameters of the model.
     page : module with functions `charts(result)` and `scene(result)` for a report, the curves and
-        what moves; without it the curves are those of all arrays.
+        what moves (None: nothing); without it the curves are those of all arrays.
     motion : function from a result to its motion, for an export; without it the motion is that of
         the joints whose angles and rates are among the arrays.
     signals : what a drive may follow, for an export: its place and its rate among the arrays, by
@@ -124,7 +124,8 @@ class Study:
     Attributes
     ----------
     name : its words on the command line.
-    summary : its line in `antenna-ocp --help`.
+    summary : its line in `antenna-ocp --help`; a study of another package has that package's name
+        there instead.
     description : further sentences for its own `--help`.
     keys : class of the keys of its file, by the table that they stand in; those above all tables
         have no name, as in {"": "package.module:MyStudy"}.
