@@ -182,9 +182,10 @@ def overview(group: str = "") -> str:
 def _command_name(words: Sequence[str]) -> str:
     """The sub-command that a line names, or the group of which it names no member."""
     first, second = words[0], words[1] if len(words) > 1 else ""
-    for name in (f"{first} {second}", first):
-        if _is_command(name):
-            return name
+    either = (f"{first} {second}", first)
+    ours = [name for name in either if name in registry.COMMANDS]
+    for name in ours or filter(_is_command, either):  # others are looked for last: it takes longer
+        return name
 
     members = [name.split()[1] for name in registry.names() if name.startswith(f"{first} ")]
     if members and second in ("-h", "--help"):

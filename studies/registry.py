@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from typing import TYPE_CHECKING
 
 from studies.common.exit_codes import StudyError
 from studies.common.study import Command, Mechanism, Study, placed
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "antenna_ocp.studies"
 
@@ -43,6 +46,8 @@ COMMANDS: dict[str, str] = {
 @cache
 def from_outside() -> dict[str, EntryPoint]:
     """The studies of other packages by name; those of this one cannot be replaced."""
+    from importlib.metadata import entry_points  # takes as long as all of the rest here
+
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     return {name: entry for name, entry in found.items() if name not in COMMANDS}
 

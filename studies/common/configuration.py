@@ -8,7 +8,6 @@ of known keys and the table of the documentation all come from these fields.
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 import numbers
 import re
@@ -198,6 +197,8 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
     Empty if there is none.
     """
+    import difflib  # for errors only
+
     known = list(known)
     near = difflib.get_close_matches(word, known, n=1, cutoff=CLOSE_ENOUGH)
     longer = [one for one in known if len(word) > 2 and word in one]
