@@ -83,7 +83,10 @@ def open_end_in_words(sentence: str, value: float, nearest: float) -> str:
     nearest : of the points of the front.
     """
     above = f"{100 * (nearest / value - 1):.2g} %"
-    return f"An end of the front is open: {sentence}; the nearest point is {above} above it."
+    return (
+        f"An end of the front is open: {sentence}; the nearest point is {above} above it, and a "
+        "wider range may come nearer."
+    )
 
 
 def price_at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:

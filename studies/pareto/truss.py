@@ -33,7 +33,7 @@ from ocp import (
     slopes_by_multipliers,
 )
 from studies.common.console import Console
-from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.second_solve import SecondSolve, second_solve
 from studies.pareto.config import ParetoStudy, limited
@@ -81,8 +81,7 @@ LONGER = 1.01  # than the longest duration that is asked for, which a program le
 # least itself there is no room for anything, and near it little.
 ABOVE_THE_LEAST = (2e-3, 1e-2, 5e-2)
 COARSE_START = ("bezier",)
-# Times the least limit, where a front ends whose other end is open and was not found: 20 times the
-# least acceleration takes almost all of the force that acceleration saves.
+# Times the least limit, where a front ends whose other end is open, unless a range is stated
 FAR = 20.0
 POINT = "point"  # kind of the files of finished points
 
@@ -213,14 +212,11 @@ class TrussFront:
     def _highest_limit(self, low: float) -> tuple[float, Law]:
         """The limit at which the other objective is least, and its motion."""
         stated = self.truss.duration[1] if self.limited == "time" else self._cap
-        try:
-            law = self._found(self.truss)
-        except StudyError as error:
-            if self.least not in self.open_ends or error.exit_code is not ExitCode.NOT_SOLVED:
-                raise
-            # near a limit that no motion attains a search may end nowhere
-            high = stated or FAR * low
+        if self.least in self.open_ends:
+            # the nearer to a limit that no motion attains, the longer motions take to find
+            high = FAR * low if stated is None else min(FAR * low, stated)
             return high, self._found(self.at(high))
+        law = self._found(self.truss)
         return stated or self._deployment(law).values[self.limited], law
 
     @property
@@ -233,6 +229,9 @@ class TrussFront:
         if self.limited == "peak-jerk":
             least = least_jerk_cap(self.truss.stroke, self.truss.duration[1])
             return least, self._found(self.at(least * (1 + ABOVE_THE_LEAST[0])))
+        if self.limited in self.open_ends:
+            least = self.open_ends[self.limited].value
+            return least, self._found(self.at(least * (1 + ABOVE_THE_LEAST[-1])))
         law = self._found(self.minimising(self.limited))
         return self._deployment(law).values[self.limited], law
 

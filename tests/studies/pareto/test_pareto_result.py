@@ -64,7 +64,7 @@ def test_an_open_end_is_said_and_drawn_with_its_number():
     words = open_end_in_words("the least is 0.2 N, a limit that no motion attains", 0.2, 0.222)
     assert words == (
         "An end of the front is open: the least is 0.2 N, a limit that no motion attains; the "
-        "nearest point is 11 % above it."
+        "nearest point is 11 % above it, and a wider range may come nearer."
     )
     found = result()
     details = {**found.details, "open_ends": {"peak-force": 0.2}}
