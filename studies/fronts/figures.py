@@ -78,6 +78,11 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
     for line in lines:
         if _of(line).min() > top:
             line.set_label(f"{line.get_label()} (above)")
+    # a front may end far from a limit that no motion attains
+    limit = result.details.get("open_ends", {}).get(least, low)
+    for line in panel.get_lines():
+        if limit < panel.get_ylim()[0] and line.get_label() == _open(limit):
+            line.set_label(f"{_open(limit)} (below)")
 
 
 def _limits(panel: Axes, result: Result, limited: str, least: str) -> None:
@@ -91,8 +96,11 @@ def _limits(panel: Axes, result: Result, limited: str, least: str) -> None:
         panel.axvline(least_x, color="0.35", lw=1, ls=":", label="proven: none is left of it")
     for name, line in ((limited, panel.axvline), (least, panel.axhline)):
         if name in open_ends:
-            label = f"open end at {open_ends[name]:.6g}: no motion attains it"
-            line(open_ends[name], color=COLOURS[3], lw=1.2, ls="-.", label=label)
+            line(open_ends[name], color=COLOURS[3], lw=1.2, ls="-.", label=_open(open_ends[name]))
+
+
+def _open(value: float) -> str:
+    return f"open end at {value:.6g}: no motion attains it"
 
 
 def _heights(panel: Axes, y: Array, bound: Array, known: float) -> tuple[float, float]:
