@@ -71,8 +71,8 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
 
     low, high = _heights(panel, y, bound, result.details.get("known", 0.0))
     lines = _laws(panel, arrays, limited, least)
-    for line in lines:
-        high = max(high, min(_of(line).max(), high + TALLEST * (high - low)))
+    reach = high + TALLEST * (high - low)
+    high = max([high, *(min(_of(x).max(), reach) for x in lines if _of(x).min() <= reach)])
     top = high + ROOM * (high - low)
     panel.set_ylim(low - ROOM * (high - low), top)
     for line in lines:

@@ -73,10 +73,10 @@ def test_an_open_end_is_said_and_drawn_with_its_number():
     assert "open end at 0.2: no motion attains it" in labels
     # a limit below the picture is in the legend alone
     [(_, figure)] = draw(
-        dataclasses.replace(found, details={**details, "open_ends": {Y.key: 0.01}})
+        dataclasses.replace(found, details={**details, "open_ends": {Y.key: -1.0}})
     )
     labels = figure.axes[0].get_legend_handles_labels()[1]
-    assert "open end at 0.01: no motion attains it (below)" in labels
+    assert "open end at -1: no motion attains it (below)" in labels
 
 
 @pytest.mark.parametrize(
