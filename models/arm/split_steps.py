@@ -21,6 +21,7 @@ import numpy as np
 from models.arrays import Array
 from models.errors import require
 
+STAGES = 12  # of a step, each of which has an instant of its own
 STABLE = 4.0  # step times the fastest angular frequency; the method's limit is 5.9
 _STEPS = 256  # in one call
 _SPLITS = 40  # of a step, with which rounding is reached

@@ -50,6 +50,9 @@ class RingOnArm:
     truss : TrussParameters
     reaction_angle : float
         gamma, from the straight arm to the direction from the tip to the ring's centre [rad].
+    turns : bool
+        Whether the ring turns with the tip. If not, its mass acts as a particle at the tip, with
+        the reaction of the ring in a fixed direction.
 
     Raises
     ------
@@ -60,6 +63,7 @@ class RingOnArm:
     arm: ArmParameters
     truss: TrussParameters
     reaction_angle: float = math.pi / 2
+    turns: bool = True
 
     def __post_init__(self) -> None:
         require(
@@ -96,7 +100,9 @@ class RingOnArm:
         return self.carrier.tip(q)
 
     def turn(self, q: Any) -> Any:
-        """theta, turn of the tip [rad]."""
+        """theta, turn of the tip, or of a ring that does not turn [rad]."""
+        if not self.turns:
+            return ca.SX(1, 1)
         p = self.carrier.embed(q)
         return p[COORDINATES.index("theta2")] + tip_turn(p[COORDINATES.index("psi2")])
 

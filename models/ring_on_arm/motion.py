@@ -16,16 +16,17 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arm.split_steps import STABLE, split_steps
+from models.arm.split_steps import STABLE, STAGES, split_steps
 from models.arrays import Array, elementwise
 from models.laws import Law
-from models.numerics import interior
 from models.ring_on_arm.equations import RingOnArm
+from models.truss import kinetic_energy
 
 TOLERANCE = 1e-11  # of a step, for entries of the state of at most 1: 1e-9 of what a motion has
 # Samples in a step that is stable for the fastest mode. The quintic between two of them is good to
 # 1e-9 of a swing at 10 Hz, and faster ones are hardly there.
 _SAMPLES = 2
+_INSIDE = 1 - 1e-9  # of a step, up to which the law is asked: at its end another piece may begin
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +79,14 @@ class ArmMotion:
         moved = self._along(time)[2].T
         return moved - np.array([[self.model.arm.big.length + self.model.arm.small.length], [0.0]])
 
+    def energy(self, time: ArrayLike) -> Array:
+        """Of the arm, and of the ring by more than where the tip is held, (k,) [J]."""
+        return self._along(time)[3].ravel()
+
+    def damped(self, time: ArrayLike) -> Array:
+        """Power that the arm's damping takes, (k,) [W]."""
+        return self._along(time)[4].ravel()
+
     @property
     def residual_energy(self) -> float:
         """Left in arm and ring where the ring has opened [J]."""
@@ -98,7 +107,7 @@ class ArmMotion:
         return self._values(time, *self.at(time))
 
     def _values(self, time: ArrayLike, q: Array, v: Array) -> list[Array]:
-        """Accelerations (k, 4), torque (k, 1) and tip (k, 2)."""
+        """Accelerations (k, 4), torque (k, 1), tip (k, 2), energy and damped power (k, 1)."""
         motion = self.law.motion(time)
         ring = (motion.angle, motion.speed, motion.acceleration)
         return elementwise(_kernel(self.model), *q, *v, *ring)
@@ -117,23 +126,23 @@ def arm_motion(model: RingOnArm, law: Law) -> ArmMotion:
     decay = model.arm.relaxation_time * fastest**2  # of a mode that its damping keeps from swinging
     longest = STABLE / max(fastest, decay)
 
-    # piece by piece: the acceleration may jump at breakpoints
-    times, states = [np.zeros(1)], [np.zeros((8, 1))]
-    for begin, end in pairwise((0.0, *law.breakpoints, law.duration)):
-        count = math.ceil(_SAMPLES * (end - begin) / longest)
-        instants = np.linspace(begin, end, count + 1)
-        inside = interior(begin, end)
+    # no step goes over a breakpoint, where the acceleration may jump
+    edges = np.array([0.0, *law.breakpoints, law.duration])
+    counts = np.ceil(_SAMPLES * np.diff(edges) / longest).astype(int)
+    inner = [
+        np.linspace(begin, end, count, endpoint=False)
+        for (begin, end), count in zip(pairwise(edges), counts, strict=True)
+    ]
+    times = np.append(np.concatenate(inner), law.duration)
 
-        def ring(given: Array, inside: tuple[float, float] = inside) -> Array:
-            motion = law.motion(np.clip(given, *inside))
-            return np.array([motion.angle, motion.speed, motion.acceleration])
+    def ring(instants: Array) -> Array:
+        stages = instants.reshape(-1, STAGES)
+        begin, width = stages[:, :1], np.ptp(stages, axis=1, keepdims=True)
+        motion = law.motion(np.minimum(stages, begin + _INSIDE * width).ravel())
+        return np.array([motion.angle, motion.speed, motion.acceleration])
 
-        path = split_steps(_rates(model), states[-1][:, -1], instants, ring, longest, TOLERANCE)
-        times.append(instants[1:])
-        states.append(path[:, 1:])
-
-    state = np.hstack(states)
-    return ArmMotion(model, law, np.concatenate(times), state[:4], state[4:])
+    path = split_steps(_rates(model), np.zeros(8), times, ring, longest, TOLERANCE)
+    return ArmMotion(model, law, times, path[:4], path[4:])
 
 
 @lru_cache(maxsize=8)
@@ -148,7 +157,10 @@ def _rates(model: RingOnArm) -> ca.Function:
 def _kernel(model: RingOnArm) -> ca.Function:
     """Eight entries of the state, then angle, speed and acceleration of the ring."""
     y, ring = ca.SX.sym("y", 8), ca.SX.sym("ring", 3)
-    found = model.response(y[:4], y[4:], ring[0], ring[1], ring[2])
-    rows = [*found, model.tip(y[:4])]
+    q, v = y[:4], y[4:]
+    kinetic = model.kinetic_energy(q, v, ring[0], ring[1])
+    energy = kinetic - kinetic_energy(model.truss, ring[0], ring[1]) + model.strain_energy(q)
+    damped = 2 * model.arm.relaxation_time * model.strain_energy(v)  # v^T C v
+    rows = [*model.response(q, v, ring[0], ring[1], ring[2]), model.tip(q), energy, damped]
     inputs = [*ca.vertsplit(y), *ca.vertsplit(ring)]
     return ca.Function("arm", inputs, [ca.densify(row) for row in rows], {"cse": True})

@@ -24,7 +24,7 @@ from models.truss.inertia import kinetic_energy, linear_momentum, reaction_force
 from models.truss.kinematics import rope_acceleration, rope_length, rope_speed
 from models.truss.parameters import TrussParameters
 from models.truss.potential import Net, potential
-from models.truss.rope import far_end_ratio, pulley_loss_by_sum
+from models.truss.rope import far_end_ratio, pulley_loss_by_sum, rope_leverage
 
 _BEYOND_OPEN = 1e-4  # [rad] past 90 deg: the paper's printed law ends 3.7e-6 rad past it
 _BACKWARD_SLACK = 1e-6  # of the greatest speed: what a solver's bounds may leave
@@ -82,9 +82,15 @@ def evaluate_motion(
     speed: ArrayLike,
     acceleration: ArrayLike,
     *,
+    torque: ArrayLike = 0.0,
     net: Net = "by angle",
 ) -> TrussMotion:
     """Evaluate the truss along a motion given by angle, speed, acceleration of shape (m,).
+
+    Parameters
+    ----------
+    torque : by which the ropes have to do more, because what carries the ring moves [N m], (m,).
+        The forces in the bars leave it out.
 
     Raises
     ------
@@ -97,7 +103,8 @@ def evaluate_motion(
     )
     _check_motion(parameters, alpha, omega, acc)
 
-    rows = elementwise(_kernel(parameters, net), alpha, omega, acc)
+    more = np.broadcast_to(np.asarray(torque, dtype=float), alpha.shape)
+    rows = elementwise(_kernel(parameters, net), alpha, omega, acc, more)
     history = dict(zip(_QUANTITIES, (row.ravel() for row in rows), strict=True))
     return TrussMotion(
         parameters=parameters,
@@ -127,19 +134,21 @@ _QUANTITIES = (
 
 @functools.lru_cache(maxsize=32)
 def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
-    """Compile scalars (alpha, omega, acc) -> `_QUANTITIES`, once per truss."""
-    alpha, omega, acc = (ca.SX.sym(name) for name in ("alpha", "omega", "acc"))
+    """Compile scalars (alpha, omega, acc, torque) -> `_QUANTITIES`, once per truss."""
+    names = ("alpha", "omega", "acc", "torque")
+    alpha, omega, acc, torque = (ca.SX.sym(name) for name in names)
 
     # In one function, so that the quantities share what they have in common.
-    force = rope_force(parameters, alpha, omega, acc, net)
+    held = rope_force(parameters, alpha, omega, acc, net)
+    force = held + torque / rope_leverage(parameters, alpha)
     outputs = [
         rope_length(parameters, alpha),
         rope_speed(parameters, alpha, omega),
         rope_acceleration(parameters, alpha, omega, acc),
         force,
         force * far_end_ratio(parameters, alpha),
-        largest_bar_force(parameters, alpha, omega, acc, force, net),
-        ca.mmax(ca.vertcat(*buckling_shares(parameters, alpha, omega, acc, force, net).values())),
+        largest_bar_force(parameters, alpha, omega, acc, held, net),
+        ca.mmax(ca.vertcat(*buckling_shares(parameters, alpha, omega, acc, held, net).values())),
         joint_loss(parameters, alpha, omega),
         kinetic_energy(parameters, alpha, omega),
         potential(parameters, alpha, net),
@@ -148,7 +157,7 @@ def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
     ]
 
     dense = [ca.densify(output) for output in outputs]
-    kernel: ca.Function = ca.Function("truss", [alpha, omega, acc], dense, {"cse": True})
+    kernel: ca.Function = ca.Function("truss", [alpha, omega, acc, torque], dense, {"cse": True})
     return kernel
 
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from studies.common.late_names import late_names
 
 if TYPE_CHECKING:
-    from studies.arm.config import ArmDescription as ArmDescription
     from studies.arm.config import ArmStudy as ArmStudy
     from studies.arm.config import BaselinesStudy as BaselinesStudy
     from studies.arm.config import LeastDurationStudy as LeastDurationStudy
@@ -18,5 +17,6 @@ if TYPE_CHECKING:
     from studies.arm.report.comparison_figures import draw as draw
     from studies.arm.study import run as run
     from studies.arm.trade_off import TradeOffStudy as TradeOffStudy
+    from studies.common.arm_description import ArmDescription as ArmDescription
 
 __getattr__ = late_names(__name__, __file__)

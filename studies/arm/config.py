@@ -13,18 +13,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, TypeVar, get_args
 
-from models.arm.parameters import (
-    ASSUMED_ANTENNA_MASS,
-    ASSUMED_DENSITY,
-    ASSUMED_MODULUS,
-    ArmParameters,
-    tube,
-)
-from models.errors import ModelError
 from studies.arm.optimal.objectives import OBJECTIVES, RESIDUAL
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive
 from studies.arm.search_limits import MOST_ELEMENTS, MOST_MODES, SEQUENCE_SECONDS
 from studies.arm.stage import STAGES, Stage, TorqueCaps
+from studies.common.arm_description import ArmDescription
 from studies.common.configuration import (
     Described,
     Reader,
@@ -33,7 +26,6 @@ from studies.common.configuration import (
     finite,
     from_mapping,
     key,
-    not_negative,
     optional_key,
     positive,
     section,
@@ -41,7 +33,7 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError
 from studies.common.rates import confidence
-from studies.common.sizes import DENSITY, LENGTH, SECTION, TIME, limited
+from studies.common.sizes import TIME
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
@@ -61,77 +53,6 @@ def _count(most: int) -> Reader:
         return int(number)
 
     return Described(read, {"type": "integer", "minimum": 1, "maximum": most})
-
-
-@dataclass(frozen=True, kw_only=True)
-class ArmDescription:
-    """The arm: two tubes, its masses, its damping.
-
-    Raises
-    ------
-    StudyError
-        Naming the key, its value and the remedy.
-    """
-
-    big_length: float = key(LENGTH, "m", "length of the big arm, from the paper", default=3.0)
-    big_diameter: float = key(SECTION, "m", "outer one of its tube", default=0.060)
-    big_wall: float = key(SECTION, "m", "thickness of its wall", default=0.002)
-    small_length: float = key(LENGTH, "m", "length of the small arm, from the paper", default=2.0)
-    small_diameter: float = key(SECTION, "m", "outer one of its tube", default=0.050)
-    small_wall: float = key(SECTION, "m", "thickness of its wall", default=0.0015)
-    modulus: float = key(positive, "Pa", "Young's modulus of both tubes", default=ASSUMED_MODULUS)
-    density: float = key(DENSITY, "kg/m^3", "density of both tubes", default=ASSUMED_DENSITY)
-    tip_mass: float = key(
-        limited(not_negative),
-        "kg",
-        "mass of the antenna, a particle at the tip",
-        default=ASSUMED_ANTENNA_MASS,
-    )
-    elbow_mass: float = key(
-        limited(not_negative), "kg", "mass of the elbow's drive, a particle", default=0.0
-    )
-    hub_inertia: float = key(
-        limited(not_negative),
-        "kg m^2",
-        "inertia that turns with the big arm, such as a drive's",
-        default=0.0,
-    )
-    damping_ratio: float = key(
-        not_negative, "", "internal damping over critical at damping_frequency", default=0.0
-    )
-    damping_frequency: float = key(
-        positive, "Hz", "frequency at which damping_ratio holds", default=1.0
-    )
-
-    def __post_init__(self) -> None:
-        check(self)
-        assert self.parameters  # made once here, so that a tube that cannot be is said early
-
-    @cached_property
-    def parameters(self) -> ArmParameters:
-        """Parameters of the models."""
-        try:
-            big, small = (
-                tube(
-                    getattr(self, f"{name}_length"),
-                    getattr(self, f"{name}_diameter"),
-                    getattr(self, f"{name}_wall"),
-                    self.modulus,
-                    self.density,
-                )
-                for name in ("big", "small")
-            )
-            return ArmParameters(
-                big,
-                small,
-                tip_mass=self.tip_mass,
-                elbow_mass=self.elbow_mass,
-                hub_inertia=self.hub_inertia,
-                damping_ratio=self.damping_ratio,
-                damping_frequency=self.damping_frequency,
-            )
-        except ModelError as error:
-            raise StudyError(str(error)) from error
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,6 +33,7 @@ from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
 from studies.common.result import Criterion, Result, Series, at_most, outcome
 from studies.truss.bars import bars_of
+from studies.truss.carrier import refuse_arm
 from studies.truss.checks import broken_caps, cap_of, restart_in_words, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
@@ -108,6 +109,7 @@ def check_truss(
     StudyError
         If its columns make no motion of this truss.
     """
+    refuse_arm(study.arm, "a check of a profile")
     found = recover_truss(measured, study.truss)
     law = found.reachable(study.truss)
     deployment = Deployment(PROFILE, law, study.truss, study.drive, study.margin)

@@ -21,6 +21,7 @@ from studies.common.configuration import (
     with_commas,
 )
 from studies.common.exit_codes import StudyError
+from studies.truss.carrier import refuse_arm
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.config import study_from as truss_study_from
@@ -123,6 +124,7 @@ class CodesignStudy:
     design: DesignSpace = dataclasses.field(default_factory=DesignSpace)
 
     def __post_init__(self) -> None:
+        refuse_arm(self.deployment.arm, "a co-design")
         stages = self.deployment.minimise
         if len(stages) != 1 or len(stages[0]) != 1 or self.objective not in OBJECTIVES:
             asked = ", ".join(self.deployment.objectives)

@@ -140,8 +140,9 @@ def with_rests(source: Source, drive: Drive) -> Source:
 
 def _of_law(result: Result, law: Law, truss: TrussParameters) -> Source:
     from studies.truss.motions.deployment import Deployment, columns_at
+    from studies.truss.motions.laws import study_of
 
-    deployment = Deployment("export", law, truss)
+    deployment = Deployment("export", law, truss, carrier=study_of(result).ring_on_arm)
 
     def angle_course() -> Course:
         def derivatives(time: Array) -> Array:

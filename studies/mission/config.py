@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from models.truss import TrussParameters
-from studies.arm.config import ArmDescription
 from studies.arm.optimal.objectives import RESIDUAL
+from studies.common.arm_description import ArmDescription
 from studies.common.configuration import (
     boolean,
     check,
@@ -25,6 +25,7 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.truss.carrier import CarryingArm
 from studies.truss.config import TrussStudy, truss_parameters
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.caps import jerk_cap
@@ -51,10 +52,11 @@ class MissionStudy:
     total : of stages and dwells [s]; None for the least one, which is what is found.
     dwell : after each stage, for its latch and what has to come to rest [s].
     big_torque, small_torque : caps on the root's and the elbow's torque [N m].
-    residual_energy : cap on what each lock of the arm leaves [J].
+    residual_energy : cap on what each lock of the arm leaves, and the ring when it is open [J].
     rope_force, reaction : caps on the ring's motor and on what the arm feels of it [N].
     jerk : cap on the jerk of the ring's angle, as of a study of the truss.
-    reaction_angle_deg : between the ring's reaction and the straight arm; 90 bends it most.
+    reaction_angle_deg : from the straight arm to the ring's centre; 90 bends it most.
+    ring_turns : whether the ring turns with the tip; if not, its mass is a particle there.
     refine : whether motions of the arm are refined until the full model rests.
     intervals : of the meshes of the arm's motions, 0 for those of `antenna-ocp arm`.
     truss, arm : the ring and the arm.
@@ -75,7 +77,7 @@ class MissionStudy:
     big_torque: float = key(positive, "N m", "cap on the torque at the root", default=5.0)
     small_torque: float = key(positive, "N m", "cap on the torque at the elbow", default=12.0)
     residual_energy: float = key(
-        positive, "J", "cap on what each lock of the arm leaves", default=RESIDUAL
+        positive, "J", "cap on what each lock of the arm, and the ring, leaves", default=RESIDUAL
     )
     rope_force: float = key(positive, "N", "cap on the ring's force on one rope", default=60.0)
     reaction: float = key(positive, "N", "cap on what the arm feels of the ring", default=5.0)
@@ -86,7 +88,13 @@ class MissionStudy:
         default="500/T^3",
     )
     reaction_angle_deg: float = key(
-        finite, "deg", "between the ring's reaction and the straight arm", default=90.0
+        finite, "deg", "from the straight arm to the ring's centre, seen from the tip", default=90.0
+    )
+    ring_turns: bool = key(
+        boolean,
+        "",
+        "whether the ring turns with the tip; if not, its mass acts as a particle there",
+        default=True,
     )
     refine: bool = key(boolean, "", "motions of the arm until the full model rests", default=True)
     intervals: int = key(
@@ -103,6 +111,7 @@ class MissionStudy:
 
     def __post_init__(self) -> None:
         check(self)
+        assert self.carrier.with_ring(self.truss)  # a ring that is too heavy is said early
         if self.least == "time":
             if self.total is not None:
                 raise StudyError(
@@ -118,6 +127,15 @@ class MissionStudy:
                 "move in; give more, or shorter dwells",
                 ExitCode.INFEASIBLE,
             )
+
+    @property
+    def carrier(self) -> CarryingArm:
+        """The arm as a study of the truss reads it."""
+        return CarryingArm(
+            **dataclasses.asdict(self.arm),
+            reaction_angle_deg=self.reaction_angle_deg,
+            ring_turns=self.ring_turns,
+        )
 
     @property
     def moving(self) -> float:

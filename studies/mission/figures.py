@@ -78,18 +78,24 @@ def _draw_drives(panel: Axes, result: Result, stages: Sequence[Mapping[str, Any]
 
 def _draw_vibration(panel: Axes, result: Result) -> None:
     axis = result.arrays["since the ring's start"].values
-    for name in ("optimal", "Bezier", "Step5"):
-        colour, style = look("optimum" if name == "optimal" else name)
+    looks = {
+        "optimal": (*look("optimum"), "the optimum"),
+        "optimum without arm": (COLOURS[3], ":", "the optimum without arm"),
+        "Bezier": (*look("Bezier"), "Bezier"),
+        "Step5": (*look("Step5"), "Step5"),
+    }
+    for name, (colour, style, law) in looks.items():
+        if f"tip/{name}" not in result.arrays:
+            continue  # it was stopped before
         tip = 1e3 * result.arrays[f"tip/{name}"].values
-        law = "the optimum" if name == "optimal" else name
         panel.plot(axis, tip, style, color=colour, lw=1.2, label=f"ring by {law}")
     label_axes(panel, "time since the ring's start [s]", "tip across the arm [mm]")
     # it ends below the legend
-    panel.axvline(result.details["stages"][-1]["duration"], ymax=0.83, color="0.5", lw=0.8)
+    panel.axvline(result.details["stages"][-1]["duration"], ymax=0.74, color="0.5", lw=0.8)
     panel.set_title("the arm shaken by the ring (grey line: the ring has stopped)", fontsize=10)
-    panel.legend(frameon=False, loc="upper right", ncols=3)
+    panel.legend(frameon=False, loc="upper right", ncols=2)
     low, high = panel.get_ylim()
-    panel.set_ylim(low, high + 0.2 * (high - low))  # room for the legend
+    panel.set_ylim(low, high + 0.35 * (high - low))  # room for the legend
 
 
 def _draw_uses(panel: Axes, stages: Sequence[Mapping[str, Any]]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from models.ancf.joints.angles import joint_angles
+from models.laws import Law
 from models.truss import least_peak_reaction
 from ocp import AdaptiveMesh, Interrupted, OcpError, Problem, Settings, Solution, peak, solve
 from ocp.arrays import Array
@@ -30,8 +32,8 @@ from studies.truss.expressions import expressions
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
-from studies.truss.motions.starts import bezier_start
-from studies.truss.problem import state
+from studies.truss.motions.starts import StartingMotion, bezier_start, from_neighbour
+from studies.truss.problem import settings_of, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.smoothness import first_price
 
@@ -52,6 +54,8 @@ class Use:
     ----------
     counts : whether time is shared out by it: what an arm leaves counts where it was refined, and
         is chance where it was not.
+    limit : whether it is a limit that the motion was planned under: how much of it is used then
+        says nothing.
     """
 
     title: str
@@ -59,6 +63,7 @@ class Use:
     value: float
     cap: float
     counts: bool = True
+    limit: bool = False
 
     @property
     def share(self) -> float:
@@ -119,12 +124,12 @@ class StageMotion:
     @property
     def governing(self) -> Use:
         """What is used most."""
-        return max(self.uses, key=lambda use: use.share)
+        return max((use for use in self.uses if not use.limit), key=lambda use: use.share)
 
     @property
     def shared_by(self) -> float:
         """Largest part of a cap by which time is shared out."""
-        return max(use.share for use in self.uses if use.counts)
+        return max(use.share for use in self.uses if use.counts and not use.limit)
 
 
 def move(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
@@ -136,7 +141,7 @@ def move(study: MissionStudy, name: str, duration: float, console: Console) -> S
         If there is none.
     """
     if name == RING:
-        return _ring(study, duration, console)
+        return move_ring(study, duration, None, console)
     return _arm(study, name, duration, console)
 
 
@@ -260,15 +265,56 @@ def _arm_history(motion: OptimalMotion, replayed: LockedMotion, joint: int) -> d
     }
 
 
-def _ring(study: MissionStudy, duration: float, console: Console) -> StageMotion:
-    """Least of the larger of rope force and reaction, each over its cap."""
-    truss = TrussStudy(
-        minimise="peak-force", duration=duration, caps=Caps(jerk=study.jerk), truss=study.truss
+def move_ring(
+    study: MissionStudy, duration: float, before: Law | None, console: Console
+) -> StageMotion:
+    """Least of the larger of rope force and reaction, each over its cap; the arm is left at rest.
+
+    Parameters
+    ----------
+    before : motion of the ring in another duration to start from; None for the Bezier law.
+
+    Raises
+    ------
+    StudyError
+        If there is none.
+    """
+    truss = _ring_study(study, duration)
+    start = bezier_start(truss) if before is None else from_neighbour(before, truss)
+    # a mission has no budget of time, so that its answer is the same on a slower machine
+    settings = dataclasses.replace(settings_of(truss, with_forces=True), seconds=None)
+    return _ring_motion(study, truss, start, settings, console)
+
+
+def move_ring_alone(study: MissionStudy, duration: float, console: Console) -> StageMotion:
+    """The same of a ring whose fixed bar is held, which leaves in the arm what it leaves."""
+    truss = dataclasses.replace(_ring_study(study, duration), arm=None, caps=Caps(jerk=study.jerk))
+    settings = Settings(intervals=20, refinement=AdaptiveMesh(move_breakpoints=False))
+    return _ring_motion(study, truss, bezier_start(truss), settings, console)
+
+
+def _ring_study(study: MissionStudy, duration: float) -> TrussStudy:
+    """The ring's stage as a study of the truss."""
+    return TrussStudy(
+        minimise="peak-force",
+        duration=duration,
+        caps=Caps(jerk=study.jerk, residual_energy=study.residual_energy),
+        truss=study.truss,
+        arm=study.carrier,
     )
+
+
+def _ring_motion(
+    study: MissionStudy,
+    truss: TrussStudy,
+    start: StartingMotion,
+    settings: Settings,
+    console: Console,
+) -> StageMotion:
     caps = {"peak-force": study.rope_force, "peak-reaction": study.reaction}
     weights = dict.fromkeys(OBJECTIVES, 1.0)
     price = first_price(truss, 0, weights, with_forces=True) / study.rope_force
-    statement = state(truss, bezier_start(truss), weights, with_forces=True, price=price)
+    statement = state(truss, start, weights, with_forces=True, price=price)
 
     pieces: list[tuple[Any, Any]] = []
     for phase, net in zip(statement.phases, statement.nets, strict=True):
@@ -280,26 +326,26 @@ def _ring(study: MissionStudy, duration: float, console: Console) -> StageMotion
     stated = Problem("ring", statement.phases, minimise=objective, links=statement.links)
 
     try:
-        solution: Solution = solve(
-            stated,
-            settings=Settings(intervals=20, refinement=AdaptiveMesh(move_breakpoints=False)),
-            progress=console.live,
-            partial=False,
-        )
+        solution: Solution = solve(stated, settings=settings, progress=console.live, partial=False)
     except Interrupted as stop:
         raise KeyboardInterrupt from stop
     except OcpError as error:
         raise StudyError(
-            f"no motion of the ring in {duration:.4g} s was found: {error}", ExitCode.NOT_SOLVED
+            f"no motion of the ring in {start.duration:.4g} s was found: {error}",
+            ExitCode.NOT_SOLVED,
         ) from error
-    deployment = Deployment("optimal", law_of(truss, statement, solution), study.truss)
-    uses = tuple(
+    law = law_of(truss, statement, solution)
+    deployment = Deployment("optimal", law, study.truss, carrier=truss.ring_on_arm)
+    uses = [
         Use(QUANTITIES[key].title, QUANTITIES[key].unit, deployment.values[key], cap)
         for key, cap in caps.items()
-    )
+    ]
+    if deployment.arm is not None:
+        left = deployment.arm.residual_energy
+        uses.append(Use("residual energy", "J", left, study.residual_energy, limit=True))
     passed = solution.verification.passed
     history = ring_history(deployment)
-    return StageMotion(RING, duration, uses, passed, history, deployment)
+    return StageMotion(RING, law.duration, tuple(uses), passed, history, deployment)
 
 
 def ring_history(deployment: Deployment) -> dict[str, Array]:

@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from models.laws import Law
+from models.ring_on_arm import arm_motion
 from ocp.arrays import Array
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, at_work
@@ -31,15 +33,19 @@ from studies.mission.stages import (
     StageMotion,
     move,
     move_from,
+    move_ring,
+    move_ring_alone,
     rigid_duration,
-    ring_history,
 )
 from studies.mission.vibration import ArmResponse, arm_response
 from studies.truss.bars import BarParts, bars_of
+from studies.truss.config import DEPLOYED
 from studies.truss.limits.caps import Caps
+from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import paper_laws
 
 UNFELT = 5e-3  # [%] of what a stage uses, which a per cent more time saves: nothing that one feels
+WITHOUT = "optimum without arm"  # name of the best law that leaves the arm out
 WITHIN = 1e-6  # relative: a cap that is exceeded by less is kept, as elsewhere
 
 
@@ -55,6 +61,8 @@ class Mission:
     motions : the stages in the durations that were found, in order; if the user stopped, perhaps
         only the first ones.
     responses : of the arm to the ring, by law; empty without a motion of the ring.
+    particle : energy left by the same laws if the ring's mass were a particle at the tip [J].
+    alone : the best motion of the ring in its time that leaves the arm out; None without a ring.
     bars : forces in the bars of the ring, as of a study of the truss.
     stopped : whether the user stopped the search.
     """
@@ -63,6 +71,8 @@ class Mission:
     curves: Sequence[StageCurve]
     motions: Sequence[StageMotion]
     responses: Mapping[str, ArmResponse]
+    particle: Mapping[str, float]
+    alone: StageMotion | None
     bars: BarParts
     stopped: bool = False
 
@@ -132,22 +142,27 @@ def _answer(study: MissionStudy, console: Console) -> Result:
                 "stopped before a motion of a stage was found; the inputs are kept",
                 ExitCode.INTERRUPTED,
             ) from stop
-        return _result_of(study, curves, motions, stopped=True)
+        return _result_of(study, curves, motions, console, stopped=True)
 
     motions = [
         found.known[name, duration] for name, duration in zip(STAGES, durations, strict=True)
     ]
-    return _result_of(study, curves, motions, stopped=False)
+    return _result_of(study, curves, motions, console, stopped=False)
 
 
 def _result_of(
     study: MissionStudy,
     curves: Sequence[StageCurve],
     motions: Sequence[StageMotion],
+    console: Console,
     *,
     stopped: bool,
 ) -> Result:
-    return kept(lambda whole: _result(_mission(study, curves, motions, stopped=stopped)), stopped)
+    def result(whole: bool) -> Result:
+        del whole  # what follows from the motions takes seconds
+        return _result(_mission(study, curves, motions, console, stopped=stopped))
+
+    return kept(result, stopped)
 
 
 @dataclass(eq=False)
@@ -197,6 +212,8 @@ class _FoundMotions:
     def _part(self, name: str, duration: float) -> Part:
         """Finds a motion, from the latest one of the stage where that is near."""
         latest = self.latest.get(name)
+        if name == RING and latest is not None and latest.deployment is not None:
+            return Part(move_ring, (self.study, duration, latest.deployment.law))
         if latest is None or latest.start is None or not latest.start.near(duration):
             return Part(move, (self.study, name, duration))
         return Part(move_from, (self.study, name, duration, latest.start))
@@ -206,28 +223,38 @@ def _mission(
     study: MissionStudy,
     curves: Sequence[StageCurve],
     motions: Sequence[StageMotion],
+    console: Console,
     *,
     stopped: bool,
 ) -> Mission:
     """The motions of all stages, or of the first ones, with what follows from them."""
     names = {motion.name for motion in motions}
-    responses, bars = {}, BarParts((), ())
-    if (ring := motions[-1].deployment) is not None:
-        responses, bars = _responses(study, motions[-1]), bars_of(ring, Caps())
     begun = [curve for curve in curves if curve.name in names]
-    return Mission(study, begun, motions, responses, bars, stopped)
+    ring = motions[-1].deployment
+    if ring is None:
+        return Mission(study, begun, motions, {}, {}, None, BarParts((), ()), stopped)
+
+    alone = None
+    if not stopped:
+        console.progress("ring: the same time without the arm, to compare with")
+        alone = move_ring_alone(study, ring.law.duration, console)
+    laws = _laws(study, ring, alone)
+    model = study.carrier.with_ring(study.truss)
+    still = dataclasses.replace(model, turns=False)
+    responses = {name: arm_response(model, law) for name, law in laws.items()}
+    particle = {name: arm_motion(still, law).residual_energy for name, law in laws.items()}
+    bars = bars_of(ring, Caps())
+    return Mission(study, begun, motions, responses, particle, alone, bars, stopped)
 
 
-def _responses(study: MissionStudy, ring: StageMotion) -> dict[str, ArmResponse]:
-    """What the arm does while the ring opens by its best motion, and by the paper's laws."""
-    histories = {"optimal": ring.history} | {
-        law.name: ring_history(law) for law in paper_laws(study.truss, ring.duration)
-    }
+def _laws(study: MissionStudy, ring: Deployment, alone: StageMotion | None) -> dict[str, Law]:
+    """Laws of the ring: its best one, the best one that leaves the arm out, and the paper's."""
+    without = None if alone is None else alone.deployment
+    papers = paper_laws(study.truss, ring.law.duration)
     return {
-        name: arm_response(
-            study.arm.parameters, rows["time"], rows["reaction"], study.reaction_angle_deg
-        )
-        for name, rows in histories.items()
+        "optimal": ring.law,
+        **({} if without is None else {WITHOUT: without.law}),
+        **{paper.name: paper.law for paper in papers},
     }
 
 
@@ -261,10 +288,17 @@ def _result(mission: Mission) -> Result:
         remarks=tuple(_remarks(mission)),
         details={
             "stages": stages,
-            "arm_frequencies_Hz": next((one.frequencies for one in mission.responses.values()), ()),
+            "arm_frequencies_Hz": _frequencies(study),
         },
         provenance=provenance(),
     )
+
+
+def _frequencies(study: MissionStudy) -> dict[str, list[float]]:
+    """Of the arm with the ring stowed and open [Hz]."""
+    model = study.carrier.with_ring(study.truss)
+    angles = {"stowed": study.truss.stowed_angle, "open": DEPLOYED}
+    return {name: model.frequencies(angle).tolist() for name, angle in angles.items()}
 
 
 def _arrays(mission: Mission) -> dict[str, Series]:
@@ -357,6 +391,9 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
         values = {f"ring by {name}": of(r) for name, r in mission.responses.items()}
         if values:
             rows.append(row(key, title, unit, values))
+    left = {f"ring by {name}": energy for name, energy in mission.particle.items()}
+    if left:
+        rows.append(row("arm-energy-particle", "the same, ring as a particle", "J", left))
     return tuple(rows)
 
 
@@ -431,6 +468,23 @@ def _of_more_time(name: str, slope: float) -> str:
     return f"1 % more time for the {name} {saved}."
 
 
+def _cost_of_rest(mission: Mission) -> tuple[str, ...]:
+    """What it costs the ring that the arm is left at rest."""
+    ring, alone = mission.motions[-1], mission.alone
+    if alone is None or alone.deployment is None or ring.deployment is None:
+        return ()
+    with_arm, without = ring.deployment.values, alone.deployment.values
+    left = mission.responses[WITHOUT].energy
+    more = 100 * (with_arm["peak-reaction"] / without["peak-reaction"] - 1)
+    return (
+        f"The ring leaves {mission.responses['optimal'].energy:.3g} J in the arm. That costs a "
+        f"peak reaction of {with_arm['peak-reaction']:.4g} N instead of "
+        f"{without['peak-reaction']:.4g} N ({more:.2g} % more) and a utilisation of "
+        f"{ring.shared_by:.4g} instead of {alone.shared_by:.4g} in the same time. The best motion "
+        f"that leaves the arm out leaves {left:.3g} J in it.",
+    )
+
+
 def _remarks(mission: Mission) -> list[str]:
     used = {motion.name: motion.shared_by for motion in mission.motions}
     least, most = min(used.values()), max(used.values())
@@ -471,10 +525,11 @@ def _remarks(mission: Mission) -> list[str]:
     for curve, motion in zip(mission.curves, mission.motions, strict=True):
         slope = curve.slope(math.nextafter(motion.duration, math.inf))  # of what more time gives
         remarks.append(_of_more_time(curve.name, slope))
-    remarks += mission.bars.sentences
+    remarks += [*_cost_of_rest(mission), *mission.bars.sentences]
     remarks.append(
         "The rotation of the antenna about the big arm, between its stage and the small arm's, is "
-        "not modelled; its time belongs to the dwell. The ring's reaction is taken at "
-        f"{mission.study.reaction_angle_deg:g} deg to the straight arm, whose modes are linear."
+        "not modelled; its time belongs to the dwell. The ring's centre is seen from the tip at "
+        f"{mission.study.reaction_angle_deg:g} deg to the straight arm, and the reaction is that "
+        "of a ring on a tip that is held."
     )
     return remarks

@@ -11,7 +11,7 @@ from studies.truss.checks import broken_caps, table_rows
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import paper_laws
+from studies.truss.motions.laws import paper_laws_of
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 DRAWN = 21  # durations at which a law is drawn, if the duration is traded; each takes a while
@@ -24,7 +24,7 @@ def axis_of(name: str) -> FrontAxis:
 
 def laws_in(truss: TrussStudy, duration: float) -> tuple[Deployment, Deployment]:
     """The paper's laws in a duration [s]."""
-    return paper_laws(truss.truss, duration, truss.drive, truss.margin)
+    return paper_laws_of(truss, duration)
 
 
 def compared(

@@ -16,7 +16,7 @@ from studies.fronts.columns import point_name
 from studies.pareto.config import limited, study_from
 from studies.truss.config import as_dictionary
 from studies.truss.motions.deployment import Deployment, how_to_read
-from studies.truss.motions.laws import BEFORE, stored_law
+from studies.truss.motions.laws import BEFORE, deployment_of, stored_law
 from studies.truss.study import KNOTS, series_of
 
 # what a law is made of again
@@ -69,7 +69,7 @@ def motion_of(result: Result, name: str) -> Result:
     }
     asked, limit = study_from(result.configuration), result.arrays["limit"].values[number - 1]
     study = limited(asked.truss, asked.pareto.limited, float(limit))
-    deployment = Deployment(name, stored_law(columns), study.truss, study.drive, study.margin)
+    deployment = deployment_of(name, stored_law(columns), study)
     return dataclasses.replace(
         result,
         kind="truss",

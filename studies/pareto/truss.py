@@ -45,7 +45,7 @@ from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.caps import cap_on
 from studies.truss.limits.feasibility import Unattained
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import law_of, stored_law
+from studies.truss.motions.laws import deployment_of, law_of, stored_law
 from studies.truss.motions.starts import start_from_law
 from studies.truss.problem import Statement, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
@@ -251,7 +251,7 @@ class TrussFront:
         return stored_law(columns)
 
     def _deployment(self, law: Law) -> Deployment:
-        return Deployment("front", law, self.truss.truss, self.truss.drive, self.truss.margin)
+        return deployment_of("front", law, self.truss)
 
     def program(self, law: Law, highest: float) -> FrontProgram:
         """The problem of a walk, with a motion to start from and its highest limit."""

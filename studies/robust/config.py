@@ -24,6 +24,7 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import StudyError, quoted
+from studies.truss.carrier import refuse_arm
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.config import study_from as truss_study_from
@@ -182,6 +183,7 @@ class RobustTrussStudy:
 
     def __post_init__(self) -> None:
         study = self.deployment
+        refuse_arm(study.arm, "a robust law")
         if study.minimise != ({"peak-force": 1.0},):
             asked = ", ".join(study.objectives)
             raise StudyError(

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from models.truss import rope_length, static_peak
+from models.truss import evaluate_motion, rope_length, static_peak
 from ocp import Solution
 from studies.common.comparison_table import TableRow
 from studies.common.result import Criterion, at_most
@@ -16,9 +16,10 @@ from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import cap_on
 from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import paper_laws
+from studies.truss.motions.laws import paper_laws_of
 from studies.truss.quantities import OBJECTIVES, QUANTITIES, Quantity
 
+ARM_ROWS = 1201  # even instants at which what the arm does is looked at
 # of the table, in an order that reads well; a quantity that is not listed comes last
 _ORDER = (
     "time",
@@ -42,6 +43,7 @@ _ORDER = (
     "peak-motor-torque",
     "peak-motor-load",
     "peak-reaction",
+    "residual-energy",
 )
 ROWS = tuple(dict.fromkeys((*_ORDER, *QUANTITIES)))
 
@@ -97,7 +99,7 @@ def _weighted_sums(study: TrussStudy, laws: Sequence[Deployment]) -> list[TableR
 
 def objective_sizes(study: TrussStudy) -> dict[str, float]:
     """Sizes that make weighted objectives comparable: the Bezier law's values."""
-    bezier, _ = paper_laws(study.truss, study.duration[1], study.drive, study.margin)
+    bezier, _ = paper_laws_of(study, study.duration[1])
     return {name: bezier.values[name] for name in OBJECTIVES if name in bezier.values}
 
 
@@ -226,6 +228,29 @@ def restart_in_words(deployment: Deployment) -> tuple[str, ...]:
         f"The motor's force is at most {peak:.4g} N, its rotor included. To restart from "
         f"standstill at {math.degrees(ridge.angle):.2f} deg it needs {ridge.force:.4g} N, "
         f"{torque:.4g} N m at its shaft: no momentum helps there.",
+    )
+
+
+def arm_in_words(deployment: Deployment) -> tuple[str, ...]:
+    """What the arm does to the ring, and what is left out of it."""
+    arm = deployment.arm
+    if arm is None:
+        return ()
+    time = np.linspace(0.0, deployment.law.duration, ARM_ROWS)
+    moved = deployment.law.motion(time)
+    held = evaluate_motion(deployment.truss, moved.angle, moved.speed, moved.acceleration)
+    added = float(np.abs(deployment.at(time)[1].rope_force - held.rope_force).max())
+    tip = 1e3 * float(np.abs(arm.tip(time)[1]).max())
+    stowed, opened = (
+        f"{float(arm.model.frequencies(angle)[0]):.3g}"
+        for angle in (deployment.truss.stowed_angle, DEPLOYED)
+    )
+    return (
+        f"While the ring opens, the tip of the arm moves by up to {tip:.3g} mm across it and "
+        f"changes the rope force by up to {added:.3g} N; the arm's first frequency falls from "
+        f"{stowed} to {opened} Hz.",
+        "The arm is straight, its root is clamped and its elbow locked. The reaction on it and the "
+        "forces in the bars are those of a ring on a tip that is held.",
     )
 
 

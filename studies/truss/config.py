@@ -36,6 +36,7 @@ from studies.common.configuration import (
 from studies.common.exit_codes import StudyError, quoted
 from studies.drive.schema import Drive, drive_of_file
 from studies.margin.schema import MarginRequirements, read_margin
+from studies.truss.carrier import RESIDUAL, CarryingArm, arm_of_file
 from studies.truss.limits.caps import (
     MULTIPLE_OF_DURATION,
     Caps,
@@ -47,6 +48,7 @@ from studies.truss.limits.tolerances import PLAUSIBLE, check_plausible
 from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:  # CasADi loads with the models, and not for a table of keys
+    from models.ring_on_arm import RingOnArm
     from models.truss import JointMasses, TrussParameters
 
 DEPLOYED = math.pi / 2  # [rad]
@@ -235,6 +237,7 @@ class TrussStudy:
     truss, solver : the rest.
     margin : that the motor has to have; None where none are asked for.
     drive : whose limits are caps, too, and that exports are made for; None where there is none.
+    arm : that carries the ring and is shaken by it; None where the fixed bar is held.
 
     Raises
     ------
@@ -324,6 +327,28 @@ class TrussStudy:
             ),
         ),
     )
+    arm: CarryingArm | None = optional_key(
+        section(CarryingArm),
+        "",
+        "the arm that carries the ring: with the keys of a study of the arm, and "
+        "reaction_angle_deg, from the straight arm to the ring's centre",
+        flags=(
+            Flag(
+                "--arm",
+                meaning="file of an arm study: the arm that carries the ring; or [arm] of the "
+                "study's own file",
+                metavar="FILE",
+                read=arm_of_file,
+            ),
+            Flag("--reaction-angle-deg", "reaction_angle_deg", "of the arm, see its key [deg]"),
+            Flag(
+                "--ring-as-particle",
+                "ring_turns",
+                "the ring does not turn with the tip",
+                value=False,
+            ),
+        ),
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -334,7 +359,7 @@ class TrussStudy:
                 f"{self.fixed_duration:g} s; give --duration LOW..HIGH or duration = [low, high]"
             )
 
-        check_stated(self.caps, self.objectives, self.drive, self.margin)
+        check_stated(self.caps, self.objectives, self.drive, self.margin, self.arm)
         if self.drive is not None:
             from studies.drive.snap_through import check_rope  # the models load with it
 
@@ -343,7 +368,9 @@ class TrussStudy:
             self.margin.load_cases(self.truss)  # said before any work
 
         # only here all that a jerk in words depends on is known, and what the drive can do
-        resolved = dataclasses.replace(self.caps, jerk=self._jerk_cap(self.caps.jerk))
+        resolved = dataclasses.replace(
+            self.caps, jerk=self._jerk_cap(self.caps.jerk), residual_energy=self._residual_cap()
+        )
         within = within_the_drive(resolved, self.drive)
         object.__setattr__(self, "caps", with_margins_kept(within, self.drive, self.margin))
 
@@ -360,6 +387,24 @@ class TrussStudy:
         for entry in dataclasses.fields(self.truss):
             if f"truss.{entry.name}" in PLAUSIBLE:
                 check_plausible(f"truss.{entry.name}", getattr(self.truss, entry.name))
+
+    def _residual_cap(self) -> float | None:
+        """The cap on what is left in the arm [J]; it also says what an arm does not go with."""
+        stated = self.caps.residual_energy
+        if self.ring_on_arm is None:
+            return stated
+        if self.margin is not None:
+            raise StudyError(
+                "the margins of [margin] do not include what [arm] does to the ropes; leave one of "
+                "them out"
+            )
+        minimised = "residual-energy" in self.objectives
+        return RESIDUAL if stated is None and not minimised else stated
+
+    @functools.cached_property
+    def ring_on_arm(self) -> RingOnArm | None:
+        """The model of the ring on its arm; None without an arm."""
+        return None if self.arm is None else self.arm.with_ring(self.truss)
 
     def _jerk_cap(self, stated: float | str | None) -> float | None:
         """The cap on jerk as a number [rad/s^3]."""
@@ -471,4 +516,5 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         "truss": dataclasses.asdict(study.truss),
         **({} if study.margin is None else {"margin": study.margin.as_dictionary()}),
         **({} if study.drive is None else {"drive": as_stated(study.drive)}),
+        **({} if study.arm is None else {"arm": dataclasses.asdict(study.arm)}),
     }

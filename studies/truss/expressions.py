@@ -25,6 +25,7 @@ from models.truss import (
     rope_force,
     rope_jerk,
     rope_length,
+    rope_leverage,
     rope_speed,
 )
 from studies.drive.motor import motor_speed, motor_torque, rotor_force, shares_of_the_curve
@@ -45,6 +46,25 @@ OF_BOTH_SIGNS = frozenset(
         "peak-bar-force",
     )
 )
+
+
+@dataclass(frozen=True, eq=False)
+class ArmSignals:
+    """The arm that carries the ring.
+
+    Attributes
+    ----------
+    coordinates, rates : of the arm (4,).
+    accelerations : expressions of the rates of its rates (4,).
+    torque : by which the ropes have to do more than on a tip that is held [N m].
+    left : energy of arm and open ring where the ring stands still [J].
+    """
+
+    coordinates: tuple[State, ...]
+    rates: tuple[State, ...]
+    accelerations: tuple[Any, ...]
+    torque: Any
+    left: Any
 
 
 # of angle, speed, acceleration and branch of the net: rope forces and tensions at the far end [N]
@@ -74,6 +94,7 @@ class Signals:
     angle, speed, acceleration : the last one is an expression where a force drives.
     jerk, force : None where they are no signals.
     pull : of all the trusses that move by the same law; None where there is one.
+    arm : that carries the ring; None where its fixed bar is held.
     """
 
     truss: TrussParameters
@@ -83,6 +104,7 @@ class Signals:
     jerk: Control | None
     force: Control | None
     pull: Pull | None = None
+    arm: ArmSignals | None = None
 
 
 def acceleration_in(signals: Signals, net: Net) -> Any:
@@ -96,6 +118,14 @@ def acceleration_in(signals: Signals, net: Net) -> Any:
 
 def force_in(signals: Signals, net: Net) -> Any:
     """Rope force at the motor as a signal or as an expression."""
+    held, arm = _force_if_held(signals, net), signals.arm
+    if arm is None:
+        return held
+    return held + arm.torque / rope_leverage(signals.truss, signals.angle.symbol)
+
+
+def _force_if_held(signals: Signals, net: Net) -> Any:
+    """The same of a ring whose fixed bar is held."""
     if signals.force is not None:
         return signals.force
     acceleration = signals.acceleration.symbol
@@ -126,8 +156,10 @@ def expressions(
     alpha, omega = signals.angle.symbol, signals.speed.symbol
     signal_or_expression = acceleration_in(signals, net)
     acceleration = getattr(signal_or_expression, "symbol", signal_or_expression)
-    force = force_in(signals, net)
-    force = getattr(force, "symbol", force)
+    force, held = (
+        getattr(one, "symbol", one)
+        for one in (force_in(signals, net), _force_if_held(signals, net))
+    )
     speed = -rope_speed(truss, alpha, omega)
     of_the_rope = rope_acceleration(truss, alpha, omega, acceleration)
     hauling, hauled_faster, pull = speed, -of_the_rope, force
@@ -154,7 +186,7 @@ def expressions(
         found["peak-force"] = forces
         found["least-tension"] = found["peak-far-end-tension"] = tensions
 
-    state = (truss, alpha, omega, acceleration, force, net)
+    state = (truss, alpha, omega, acceleration, held, net)
     bars, shares = extreme_bar_forces(*state), buckling_shares(*state)
     found["peak-bar-force"] = namedtuple("Bars", bars)(*ca.cse(list(bars.values())))
     found["peak-buckling-load"] = namedtuple("Shares", shares)(*ca.cse(list(shares.values())))

@@ -18,7 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from models.truss import evaluate_motion, ring_radius, static_peak, tension_ratios
+from models.laws import BetweenRests
+from models.ring_on_arm import arm_motion
+from models.truss import evaluate_motion, ring_radius, rope_leverage, static_peak, tension_ratios
 from ocp.arrays import Array
 from studies.common.drawing import SHADES, label_axes, legend_below, look, show_lowest
 from studies.common.result import Result
@@ -40,6 +42,7 @@ BARS = (1, 4, 8, 12)  # the vertical bars of Fig. 13
 SNAPSHOTS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the duration, in Fig. 14
 OVERVIEW_SNAPSHOTS = (0.0, 0.4, 0.6, 1.0)
 
+AFTER = 2.0  # periods of the slowest mode for which the arm is drawn after the ring has opened
 OPENING = (0.01, 0.99)  # shares of the stroke between which the antenna counts as opening
 SHORT = 0.5  # of the duration: a shorter opening is shown alone
 
@@ -74,6 +77,8 @@ def all_figures(
         yield "drive", drive_figure(deployments)
     if drive is not None and drive.rope_stiffness is not None:
         yield "rope_mode", rope_mode_figure(deployments[0])
+    if deployments[0].carrier is not None:
+        yield "arm", arm_figure(deployments)
     travels = [(one.name, travel) for one in deployments if (travel := travel_of(one)) is not None]
     if travels:
         yield "margins", margin_figure(travels)
@@ -301,6 +306,28 @@ def drive_figure(deployments: Sequence[Deployment]) -> Figure:
     label_axes(path, "speed of the shaft [rad/s]", "torque of the shaft [N m]")
     label_times(axes, ("power [W]", "energy since the start [J]"))
     legend_below(figure, path)
+    return figure
+
+
+def arm_figure(deployments: Sequence[Deployment]) -> Figure:
+    """Tip of the arm that carries the ring, also after the ring has opened; what it adds."""
+    figure, (across, added) = _row(2, "The arm that carries the ring")
+    for deployment, colour, style in styled(deployments):
+        model, law = deployment.carrier, deployment.law
+        assert model is not None  # such figures are drawn of rings on an arm
+        after = AFTER / float(model.frequencies(law.end_angle)[0])
+        t = np.linspace(0.0, law.duration + after, POINTS)
+        moved = arm_motion(model, BetweenRests(law, after=after))
+        across.plot(t, 1e3 * moved.tip(t)[1], style, color=colour, label=deployment.name)
+
+        t = times(deployment)
+        lever = rope_leverage(deployment.truss, ca.DM(law.motion(t).angle)).full().ravel()
+        added.plot(t, np.asarray(deployment.torque_of_arm(t)) / lever, style, color=colour)
+    across.axvline(deployments[0].law.duration, color="0.5", lw=0.8)
+    across.set_title("grey line: the ring is open", fontsize=10)
+    label_axes(across, "time [s]", "tip across the arm [mm]")
+    label_axes(added, "time [s]", "added to the rope force [N]")
+    legend_below(figure, across)
     return figure
 
 

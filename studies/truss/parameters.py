@@ -7,7 +7,8 @@ from typing import Any
 
 from models.truss import DYNAMIC_SET, KINEMATIC_SET, JointMasses, TrussParameters
 from studies.common.keys import UNIT, field_texts
-from studies.common.parameters import ParameterLine, in_words
+from studies.common.parameters import ParameterLine, in_words, stated_parameters
+from studies.truss.carrier import CarryingArm
 
 ASSUMED = ("linear_density", "joint_masses", "counting")  # the paper gives none of them
 
@@ -35,7 +36,10 @@ def parameters_of(configuration: Mapping[str, Any]) -> list[ParameterLine]:
                 "assumed; the paper gives none" if masses[name] == 0 else "chosen in this study"
             )
             lines.append(_line(f"joint mass, {name}", text, masses[name], source))
-    return lines
+
+    of_arm = ("assumed, but for the paper's lengths", "chosen in this study")
+    arm = stated_parameters(CarryingArm, configuration.get("arm", {}), "arm: ", of_arm)
+    return [*lines, *arm]
 
 
 def _line(name: str, text: str, value: Any, source: str) -> ParameterLine:

@@ -15,9 +15,13 @@ import functools
 import math
 import operator
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
+import casadi as ca
+import numpy as np
+
+from models.ring_on_arm import ArmMotion, arm_motion
 from models.truss import Net, TrussParameters, static_peak
 from ocp import (
     Accuracy,
@@ -26,16 +30,20 @@ from ocp import (
     Bound,
     Constant,
     Control,
+    Ipopt,
     Phase,
     Problem,
+    Radau,
     Settings,
     State,
     joined,
     peak,
 )
+from studies.truss.carrier import RESIDUAL
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.expressions import (
     OF_BOTH_SIGNS,
+    ArmSignals,
     Pull,
     Reserve,
     Signals,
@@ -62,6 +70,21 @@ Piecewise = Literal["constant", "linear", "polynomial"]
 
 SIGNAL_CAPS = {"peak-speed", "peak-acceleration", "peak-jerk"}  # bounds of signals, not of formulas
 
+# With an arm: its modes of 18 and 68 Hz hardly swing, but all of a mesh would be spent on them.
+# What the motion leaves in the arm is looked at by an integration of its own, which resolves them.
+WITH_ARM = Accuracy(dynamics=1e-2, path=2e-4, objective=2e-3, replay=1e-1)
+# Its multipliers are large: with the default solver a least force took 200 iterations without end.
+STIFF = Ipopt(
+    tolerance=1e-6,
+    dual_tolerance=1e-3,
+    constraint_violation=1e-8,
+    complementarity=1e-7,
+    pivot_tolerance=1e-2,
+)
+ARM_DEGREE, ARM_INTERVALS = 4, 60
+# [J^(1/2)] by which a solve stays below the root of a cap on the energy: what its mesh misses.
+ARM_MARGIN = 1e-4
+LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
 LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
@@ -145,10 +168,12 @@ def state(
     pull : Pull, optional
         Of several trusses that move by one law: objective and caps on forces hold for all.
     """
-    caps = _Limits(study, limits or {})
+    caps, moved = _Limits(study, limits or {}), _arm_of_the_guess(study, start)
     signals = _signals(study, study.truss if truss is None else truss, with_forces, caps, pull)
+    if moved is not None:
+        signals = replace(signals, arm=_arm_signals(moved, signals))
     nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
-    phases = _phases(study, start, signals, nets, reserve, caps)
+    phases = _phases(study, start, signals, nets, reserve, caps, moved)
     pairs = tuple(zip(phases, nets, strict=True))
 
     def weighted(name: str, weight: float) -> Any:
@@ -166,10 +191,38 @@ def state(
         priced = Constant("price of the roughness", value=price) if price > 0.0 else None
 
     links = tuple(joined(*phases)) if len(phases) == 2 else ()
+    if signals.arm is not None and (most := caps.of("residual-energy")) is not None:
+        left = phases[-1].at_end(signals.arm.left)
+        root = ca.sqrt(most)
+        aim = (root - ca.fmin(ARM_MARGIN, root / 2)) ** 2
+        links += (Bound("energy left in the arm", left, "J", upper=aim, scale=RESIDUAL),)
     if "time" in caps.constants:  # free times lie between numbers
         longest = caps.constants["time"]
         links += (Bound("longest duration", phases[-1].end_time, "s", upper=longest),)
     return Statement(phases, nets, signals, stages, roughness, priced, links)
+
+
+def _arm_of_the_guess(study: TrussStudy, start: StartingMotion) -> ArmMotion | None:
+    """The arm while the ring opens by the motion to start from; None without an arm."""
+    model = study.ring_on_arm
+    return None if model is None else arm_motion(model, start.law)
+
+
+def _arm_signals(moved: ArmMotion, signals: Signals) -> ArmSignals:
+    """The states of the arm, in sizes of the guess, and what they do."""
+    model, swing = moved.model, 2 * math.pi * float(moved.model.frequencies(DEPLOYED)[0])
+    q, v = [], []
+    for name, values in zip(model.coordinates, moved.q, strict=True):
+        unit = "m" if name.startswith("delta") else "1"
+        size = max(float(np.abs(values).max()), LEAST_SHAPE)
+        q.append(State(name, unit, scale=size))
+        v.append(State(f"rate of {name}", f"{unit}/s", scale=size * swing))
+
+    shape, rates = (ca.vertcat(*(one.symbol for one in group)) for group in (q, v))
+    ring = (signals.angle.symbol, signals.speed.symbol, signals.acceleration.symbol)
+    accelerations, torque = model.response(shape, rates, *ring)
+    left = model.residual_energy(shape, rates)
+    return ArmSignals(tuple(q), tuple(v), tuple(ca.vertsplit(accelerations)), torque, left)
 
 
 def _rough(study: TrussStudy, signals: Signals) -> Any:
@@ -218,7 +271,8 @@ def _signals(
 ) -> Signals:
     stowed = study.truss.stowed_angle
     drive, shape = control_of(study, with_forces)
-    if pull is not None and drive == "force":  # which differs from truss to truss
+    # which differs from truss to truss, and accelerates the arm as well
+    if drive == "force" and (pull is not None or study.arm is not None):
         drive, shape = "acceleration", "polynomial"
     angle = State("angle", "rad", lower=stowed / 2, upper=2.0)
     speed = State("speed", "rad/s", lower=0.0, upper=caps.most("peak-speed"))
@@ -267,6 +321,15 @@ def settings_of(study: TrussStudy, with_forces: bool, accuracy: Accuracy | None 
     """
     share = study.solver.seconds / len(study.solver.starts)
     phases = 2 if with_forces else 1
+    if study.arm is not None:
+        return Settings(
+            scheme=Radau(ARM_DEGREE),
+            intervals=-(-max(study.solver.intervals, ARM_INTERVALS) // phases),
+            refinement=AdaptiveMesh(move_breakpoints=False),
+            solver=STIFF,
+            accuracy=WITH_ARM,
+            seconds=max(share, LEAST_OF_A_START),
+        )
     # moved to the switches of the jerk; where forces matter, bisection is more robust
     moving = phases == 1 and control_of(study, with_forces)[1] == "constant"
     # on its switches a motion is exact at once; elsewhere each digit more doubles the mesh
@@ -286,6 +349,7 @@ def _phases(
     nets: tuple[Net, ...],
     reserve: Reserve | None,
     caps: _Limits,
+    moved: ArmMotion | None,
 ) -> tuple[Phase, ...]:
     angle = signals.angle
     low, high = study.duration
@@ -296,11 +360,13 @@ def _phases(
     if signals.jerk is not None:
         rest[signals.acceleration] = 0.0
     first = {angle: study.truss.stowed_angle, **rest}
+    if signals.arm is not None:
+        first |= dict.fromkeys((*signals.arm.coordinates, *signals.arm.rates), 0.0)
     last = {angle: DEPLOYED, **rest}
     if len(nets) == 1:
         bounds = _bounds(study, signals, nets[0], reserve, caps)
         return (
-            _phase("deployment", study, signals, nets[0], start, 0.0, end, first, last, bounds),
+            _phase("deployment", moved, signals, nets[0], start, 0.0, end, first, last, bounds),
         )
 
     # two phases that meet where the net becomes taut
@@ -310,14 +376,14 @@ def _phases(
     passing = {angle: study.truss.net_angle}
     slack, taut = (_bounds(study, signals, net, reserve, caps) for net in nets)
     return (
-        _phase("net slack", study, signals, "slack", start, 0.0, taut_from, first, passing, slack),
-        _phase("net taut", study, signals, "taut", start, taut_from, end, passing, last, taut),
+        _phase("net slack", moved, signals, "slack", start, 0.0, taut_from, first, passing, slack),
+        _phase("net taut", moved, signals, "taut", start, taut_from, end, passing, last, taut),
     )
 
 
 def _phase(
     name: str,
-    study: TrussStudy,
+    moved: ArmMotion | None,
     signals: Signals,
     net: Net,
     start: StartingMotion,
@@ -339,6 +405,11 @@ def _phase(
     else:
         guess[signals.acceleration] = start.acceleration
 
+    if (arm := signals.arm) is not None and moved is not None:
+        dynamics |= dict(zip(arm.coordinates, arm.rates, strict=True))
+        dynamics |= dict(zip(arm.rates, arm.accelerations, strict=True))
+        guess |= _arm_guess(arm, moved)
+
     return Phase(
         name,
         dynamics=dynamics,
@@ -349,6 +420,12 @@ def _phase(
         bounds=bounds,
         guess=guess,
     )
+
+
+def _arm_guess(arm: ArmSignals, moved: ArmMotion) -> dict[Any, Any]:
+    """Guesses of the arm's states, sampled along the motion to start from."""
+    rows = zip((*arm.coordinates, *arm.rates), (*moved.q, *moved.v), strict=True)
+    return {signal: (moved.time, values) for signal, values in rows}
 
 
 def _bounds(
@@ -383,7 +460,7 @@ def _caps_on_expressions(
     formulas = expressions(study, signals, net, reserve)
     for key in (*CAPPED, CURVE):
         cap, quantity = caps.of(key), QUANTITIES[key]
-        left_out = key in SIGNAL_CAPS or key == "peak-force"
+        left_out = key in SIGNAL_CAPS or key in ("peak-force", "residual-energy")
         if cap is None or left_out or (quantity.needs_forces and net == "by angle"):
             continue
         # what is a number, as the need at rest, is the same for all motions, and is no bound of one
@@ -419,6 +496,9 @@ def _objective(
     """An objective as a number of the motion."""
     if name == "time":
         return pairs[-1][0].end_time
+    if name == "residual-energy":
+        assert signals.arm is not None
+        return pairs[-1][0].at_end(signals.arm.left)
     if name == "energy":
         powers = ((phase, expressions(study, signals, net)["peak-power"]) for phase, net in pairs)
         return _sum(phase.integral(power, "work", "J") for phase, (power,) in powers)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal["peak", "least", "integral", "value"]
-Needed = Literal["", "drum_radius", "torque_speed", "motor_inertia", "margin", "available"]
+Needed = Literal["", "drum_radius", "torque_speed", "motor_inertia", "margin", "available", "arm"]
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class Quantity:
     unit : SI unit.
     kind : largest absolute value, least value, integral over time, or a plain value.
     needs_forces : whether it depends on the dynamics.
-    needs : key of the drive, `[margin]`, or with it what the motor has, without which there is no
-        such number; empty for none.
+    needs : key of the drive, `[arm]`, `[margin]`, or with it what the motor has, without which
+        there is no such number; empty for none.
     """
 
     title: str
@@ -60,6 +60,7 @@ OBJECTIVES = {
     ),
     "peak-bar-force": Quantity("largest force in a bar", "N", "peak", True),
     "peak-far-end-tension": Quantity("peak tension at the far end", "N", "peak", True),
+    "residual-energy": Quantity("energy left in the arm", "J", "value", False, "arm"),
 }
 
 QUANTITIES = {

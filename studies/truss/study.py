@@ -18,6 +18,7 @@ from studies.common.result import Result, Series
 from studies.common.stops import kept as kept_anyway
 from studies.truss.bars import bars_of
 from studies.truss.checks import (
+    arm_in_words,
     criteria,
     engine_criterion,
     restart_in_words,
@@ -28,7 +29,7 @@ from studies.truss.config import TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
-from studies.truss.motions.laws import knots, law_of_result, paper_laws
+from studies.truss.motions.laws import knots, law_of_result, paper_laws_of
 from studies.truss.rope import rope_of
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import Search
@@ -102,7 +103,7 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
 
 def _result(study: TrussStudy, best: BestMotion) -> Result:
     duration = best.deployment.law.duration
-    laws = [best.deployment, *paper_laws(study.truss, duration, study.drive, study.margin)]
+    laws = [best.deployment, *paper_laws_of(study, duration)]
     bounds, remarks = _bounds_of_the_table(study, best)
     table = table_rows(study, laws, bounds)
 
@@ -138,6 +139,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
             *best.remarks,
             *bars.sentences,
             *restart_in_words(best.deployment),
+            *arm_in_words(best.deployment),
             *rope.sentences,
             *tolerated(study, best.deployment),
             *remarks,

@@ -13,7 +13,7 @@ from models.errors import ModelError
 from models.truss import TrussParameters
 from models.turn import TurnParameters, stowed_ring_inertia, torsion_stiffness
 from models.turn.parameters import POISSON
-from studies.arm.config import ArmDescription
+from studies.common.arm_description import ArmDescription
 from studies.common.configuration import (
     check,
     choice,

@@ -119,6 +119,7 @@ def test_commands_are_understood(
         "drive": "how-to/mechanism-limits",
         "margin": "how-to/margins",
         "rotor": "explanation/rotor",
+        "ring": "explanation/ring-on-arm",
     }
     for name, page in files.items():
         text = blocks(DOCS / f"{page}.md", "toml")[0]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from studies.arm.config import ArmDescription
+from studies.common.arm_description import ArmDescription
 from studies.common.parameters import ParameterLine, stated_parameters
 
 ASSUMED = "assumed; the paper gives none"

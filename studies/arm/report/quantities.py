@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array
-from studies.arm.config import ArmDescription, ArmStudy
+from studies.arm.config import ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.refinement import AGREE, Refined, agreement
@@ -29,6 +29,7 @@ from studies.arm.replay.loads import (
 from studies.arm.replay.model_error import LAW, compare_models
 from studies.arm.replay.satellite import FreeSatellite
 from studies.arm.stage import JOINT_NAMES
+from studies.common.arm_description import ArmDescription
 from studies.common.comparison_table import Better, TableRow
 from studies.common.result import Criterion
 

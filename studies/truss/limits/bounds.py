@@ -156,15 +156,13 @@ def lower_bounds(
         "energy": work,
         "time": max(study.duration[0], least_time_of_the_mechanism(study), least_time_of_force),
     }
-    if "time" in study.objectives:
+    if "time" in study.objectives and study.arm is None:
         pull = least_time_of_pull(study.truss, caps, caps.force, enough=0.0)
         bounds["time"] = max(bounds["time"], pull)
     if study.jerk_limited:
         bounds["peak-jerk"] = least_jerk_cap(study.stroke, duration)
         bounds["peak-rope-jerk"] = least_jerk_cap(travel, duration)
-    forces = [] if force is None else [force.force]
-    if (ridge := ridge_force(study.truss, caps)) is not None:
-        forces.append(ridge.force)
+    forces = _forces(study, force, duration)
     if forces:
         bounds["peak-force"] = max(forces)
     rotor = drive is not None and drive.motor_inertia > 0.0
@@ -185,11 +183,20 @@ def lower_bounds(
     return bounds
 
 
+def _forces(study: TrussStudy, force: LeastForce | None, duration: float) -> list[float]:
+    """Lower bounds on the peak of the rope force [N]; there may be none."""
+    if study.arm is not None:  # which may push the ring over a ridge
+        return [least_pull(study, duration)]
+    ridge = ridge_force(study.truss, study.caps)
+    return [one.force for one in (force, ridge) if one is not None]
+
+
 def least_pull(study: TrussStudy, duration: float) -> float:
     """Lower bound on the force of a motor with a rotor [N]: work over travel, and rest at the ends.
 
     From rest to rest a rotor takes no work in all. Where the acceleration is zero at the ends, the
-    motor holds the truss there by the static force.
+    motor holds the truss there by the static force. The same holds of a rope whose ring is on an
+    arm: the arm begins at rest, and where the ring is open the tip moves it no more (R' = 0).
     """
     mean = least_work(study, duration) / (2 * rope_travel(study.truss))
     if not study.jerk_limited:

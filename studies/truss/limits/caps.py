@@ -25,6 +25,7 @@ from studies.common.exit_codes import StudyError, quoted
 from studies.drive.schema import Drive
 from studies.margin.presets import PRESETS
 from studies.margin.schema import MarginRequirements
+from studies.truss.carrier import CarryingArm
 from studies.truss.quantities import QUANTITIES
 
 Study = TypeVar("Study", bound=Any)  # the studies that have caps know this module, not it them
@@ -67,7 +68,8 @@ class Caps:
     power : of both motors together, at the ropes [W].
     motor_force : of the motor on each rope, its rotor included [N].
     motor_speed, motor_torque : of one motor's shaft [rad/s], [N m].
-    reaction : on the supporting arm [N].
+    reaction : on the supporting arm, of a ring on a tip that is held [N].
+    residual_energy : left in the arm where the ring has opened [J]; 1e-6 if there is an arm.
     least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
     far_end_tension : of the rope's last segment, at its fixed end [N].
     bar_force : push or pull in any link or cross-bar [N].
@@ -112,6 +114,12 @@ class Caps:
         positive, "N m", "most torque of one motor's shaft; needs drive.drum_radius"
     )
     reaction: float | None = optional_key(positive, "N", "most reaction on the supporting arm")
+    residual_energy: float | None = optional_key(
+        positive,
+        "J",
+        "most energy left in the arm and the open ring; 1e-6 where an arm is stated and this "
+        "energy is no objective",
+    )
     least_tension: float = key(
         _tension,
         "N",
@@ -165,6 +173,7 @@ CAPPED: Mapping[str, str] = {
     "peak-motor-speed": "motor_speed",
     "peak-motor-torque": "motor_torque",
     "peak-reaction": "reaction",
+    "residual-energy": "residual_energy",
     "peak-far-end-tension": "far_end_tension",
     "peak-bar-force": "bar_force",
     "peak-buckling-load": "buckling_load",
@@ -227,8 +236,9 @@ def check_stated(
     objectives: Iterable[str],
     drive: Drive | None,
     margin: MarginRequirements | None,
+    arm: CarryingArm | None,
 ) -> None:
-    """Refuse what needs a drive or margins that are not stated.
+    """Refuse what needs a drive, margins or an arm that are not stated.
 
     Raises
     ------
@@ -256,6 +266,12 @@ def check_stated(
                 raise StudyError(
                     f"{words} needs what the motor has; state margin.available, or force, "
                     "motor_torque or torque_speed of the drive"
+                )
+        elif needed == "arm":
+            if arm is None:
+                raise StudyError(
+                    f"{words} needs the arm; state [arm] in the study, or --arm with the file of "
+                    "an arm study"
                 )
         elif needed and (drive is None or not getattr(drive, needed)):
             raise StudyError(

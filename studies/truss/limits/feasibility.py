@@ -53,8 +53,13 @@ def check_feasible(
     _check_margins(study)
     _check_mechanism(study)
     _check_tension(study)
-    _check_pull(study)
     cap = force_cap(study)
+    if study.arm is not None:  # the proofs below are of a ring whose fixed bar is held
+        if cap is not None:
+            _check_end_forces(study, cap)
+        _check_motor(study, None)
+        return
+    _check_pull(study)
     if cap is not None:
         _check_end_forces(study, cap)
         _check_ridge(study, cap)
@@ -102,7 +107,7 @@ def unattained(
         As of `check_feasible`; called only where the force is all that is minimised.
     """
     objective, *others = study.minimise[0]
-    if others:
+    if others or study.arm is not None:  # these limits are of a ring whose fixed bar is held
         return None
     if objective == "time":
         return _unattained_time(study)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from models.arrays import elementwise
 from models.laws import AngularMotion, Hermite, Law
 from models.numerics import peaks_in
+from models.ring_on_arm import ArmMotion, RingOnArm, arm_motion
 from models.truss import (
     RopeSwing,
     TrussMotion,
@@ -69,7 +70,12 @@ COLUMNS = {
     "pulley_power": ("W", "dissipated in the pulleys"),
     "kinetic_energy": ("J", "of the truss"),
     "potential_energy": ("J", "of springs and net"),
+    "tip_along": ("m", "displacement of the tip of the arm that carries the ring, along the arm"),
+    "tip_across": ("m", "the same across it, towards the side of the ring"),
 }
+
+TIP = ("tip_along", "tip_across")
+"""Columns of a profile with an arm: displacement of its tip [m]."""
 
 
 class Extreme(NamedTuple):
@@ -89,6 +95,7 @@ class Energies:
     motor : work of the motor, the integral of 2 T1 times the rope's speed.
     kinetic, potential : change of kinetic energy (22) and of potential energy (26).
     joints, pulleys : dissipated; the pulleys' summed pulley by pulley.
+    arm : given to the arm that carries the ring, what its damping has taken included.
     """
 
     time: Array
@@ -97,11 +104,12 @@ class Energies:
     potential: Array
     joints: Array
     pulleys: Array
+    arm: Array | float = 0.0
 
     @property
     def imbalance(self) -> float:
         """Largest miss of the balance at any time, relative to the work of the motor."""
-        miss = self.motor - self.kinetic - self.potential - self.joints - self.pulleys
+        miss = self.motor - self.kinetic - self.potential - self.joints - self.pulleys - self.arm
         return float(np.abs(miss).max() / np.abs(self.motor).max())
 
 
@@ -117,6 +125,7 @@ class Deployment:
     drive : that hauls the ropes in; None where there is none.
     margin : that is asked for; None where there is none.
     only : the quantities whose extremes are located, where the others are nobody's question.
+    carrier : the arm that carries the ring; None where its fixed bar is held.
     """
 
     name: str
@@ -125,6 +134,16 @@ class Deployment:
     drive: Drive | None = None
     margin: MarginRequirements | None = None
     only: frozenset[str] | None = None
+    carrier: RingOnArm | None = None
+
+    @cached_property
+    def arm(self) -> ArmMotion | None:
+        """The arm while the ring opens; None without one."""
+        return None if self.carrier is None else arm_motion(self.carrier, self.law)
+
+    def torque_of_arm(self, time: ArrayLike) -> Array | float:
+        """By which the ropes have to do more than on a tip that is held [N m], (m,)."""
+        return 0.0 if self.arm is None else self.arm.torque(time)
 
     def at(self, time: ArrayLike) -> tuple[AngularMotion, TrussMotion]:
         """Histories at times (m,) in [0, T]."""
@@ -132,7 +151,8 @@ class Deployment:
         rounding = -BACKWARD * (self.law.end_angle - self.law.start_angle) / self.law.duration
         still = (motion.speed < 0) & (motion.speed > rounding)
         speed = np.where(still, 0.0, motion.speed)
-        return motion, evaluate_motion(self.truss, motion.angle, speed, motion.acceleration)
+        rows, torque = (motion.angle, speed, motion.acceleration), self.torque_of_arm(motion.time)
+        return motion, evaluate_motion(self.truss, *rows, torque=torque)
 
     @cached_property
     def edges(self) -> tuple[float, ...]:
@@ -165,7 +185,8 @@ class Deployment:
         """Every quantity of `studies.truss.quantities` that truss and drive have, or of `only`."""
         work = float(self.energies.motor[-1])
         extremes = {key: extreme.value for key, extreme in self.extremes.items()}
-        return {**extremes, "energy": work, "time": float(self.law.duration)}
+        left = {} if self.arm is None else {"residual-energy": self.arm.residual_energy}
+        return {**extremes, "energy": work, "time": float(self.law.duration), **left}
 
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
@@ -318,15 +339,20 @@ class Deployment:
         time = np.concatenate([cells[0], *(cell[1:] for cell in cells[1:])])
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
         half = np.diff(time) / 2
-        _, inside = self.at(((time[:-1] + half)[:, None] + half[:, None] * nodes).ravel())
+        between = ((time[:-1] + half)[:, None] + half[:, None] * nodes).ravel()
+        _, inside = self.at(between)
         _, ends = self.at(time)
 
         def integral(power: Array) -> Array:
             parts = half * (power.reshape(half.size, GAUSS_POINTS) @ weights)
             return np.concatenate([[0.0], np.cumsum(parts)])
 
+        arm: Array | float = 0.0
+        if self.arm is not None:
+            arm = self.arm.energy(time) + integral(self.arm.damped(between))
         return Energies(
             time=time,
+            arm=arm,
             motor=integral(inside.motor_power),
             kinetic=ends.kinetic_energy - ends.kinetic_energy[0],
             potential=ends.potential_energy - ends.potential_energy[0],
@@ -371,6 +397,7 @@ def columns_at(deployment: Deployment, time: Array) -> dict[str, Array]:
     """All of `COLUMNS` at times (m,) in [0, T], shape (m,) each."""
     motion, truss = deployment.at(time)
     before = deployment.law.motion(np.nextafter(time, 0.0))
+    tip = {} if deployment.arm is None else dict(zip(TIP, deployment.arm.tip(time), strict=True))
     return {
         "time": time,
         "rope_length": truss.rope_length,
@@ -390,6 +417,7 @@ def columns_at(deployment: Deployment, time: Array) -> dict[str, Array]:
         "pulley_power": truss.pulley_power,
         "kinetic_energy": truss.kinetic_energy,
         "potential_energy": truss.potential_energy,
+        **tip,
     }
 
 
@@ -457,7 +485,8 @@ def _misread(deployment: Deployment, time: Array) -> Flags:
     # rounding beyond the rows is no motion
     angle = np.clip(read.angle, motion.angle.min(), motion.angle.max())
     speed = np.maximum(read.speed, min(asked.speed.min(), 0.0))
-    found = evaluate_motion(deployment.truss, angle, speed, read.acceleration)
+    torque = deployment.torque_of_arm(inside)
+    found = evaluate_motion(deployment.truss, angle, speed, read.acceleration, torque=torque)
     allowed = READ * np.abs(asked.rope_force).max()
     off = np.abs(found.rope_force - asked.rope_force).reshape(-1, 3).max(axis=1) > allowed
     wide: Flags = steps > NARROWEST * deployment.law.duration

@@ -19,6 +19,7 @@ from models.laws import (
     linear_jerk,
     paper_points,
 )
+from models.ring_on_arm import RingOnArm
 from models.truss import TrussParameters
 from ocp import Control, Solution
 from ocp.arrays import Array
@@ -46,15 +47,31 @@ def paper_laws(
     duration: float,
     drive: Drive | None = None,
     margin: MarginRequirements | None = None,
+    carrier: RingOnArm | None = None,
 ) -> tuple[Deployment, Deployment]:
     """The paper's Bezier law, its ends pinned to the exact angles, and its Step5.
 
     They remember their values, which a study asks for several times.
     """
-    return (
-        Deployment("Bezier", pinned_bezier(truss, duration), truss, drive, margin),
-        Deployment("Step5", Step5(duration, truss.stowed_angle, DEPLOYED), truss, drive, margin),
+    laws: dict[str, Law] = {
+        "Bezier": pinned_bezier(truss, duration),
+        "Step5": Step5(duration, truss.stowed_angle, DEPLOYED),
+    }
+    bezier, step5 = (
+        Deployment(name, law, truss, drive, margin, carrier=carrier) for name, law in laws.items()
     )
+    return bezier, step5
+
+
+def paper_laws_of(study: TrussStudy, duration: float) -> tuple[Deployment, Deployment]:
+    """The paper's laws with all that a study states."""
+    return paper_laws(study.truss, duration, study.drive, study.margin, study.ring_on_arm)
+
+
+def deployment_of(name: str, law: Law, study: TrussStudy) -> Deployment:
+    """A law with all that a study states."""
+    of_study = (study.truss, study.drive, study.margin)
+    return Deployment(name, law, *of_study, carrier=study.ring_on_arm)
 
 
 def deployments_of(result: Result) -> list[Deployment]:
@@ -66,8 +83,8 @@ def deployments_of(result: Result) -> list[Deployment]:
         If the result has no profile.
     """
     study, law = study_of(result), law_of_result(result)
-    own = Deployment(result.laws[0], law, study.truss, study.drive, study.margin)
-    return [own, *paper_laws(study.truss, law.duration, study.drive, study.margin)]
+    own = deployment_of(result.laws[0], law, study)
+    return [own, *paper_laws_of(study, law.duration)]
 
 
 def law_of_result(result: Result) -> Law:

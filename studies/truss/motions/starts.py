@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.laws import BetweenRests, Law, Step5, StraightLine
+from models.laws import AngularMotion, BetweenRests, Law, Step5, StraightLine
 from ocp.arrays import Array
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.bounds import least_time
@@ -55,6 +55,41 @@ class StartingMotion:
     acceleration: Callable[[ArrayLike], Array]
     jerk: Callable[[ArrayLike], Array]
     rope_force: Callable[[ArrayLike], Array]
+
+    @property
+    def law(self) -> Law:
+        """The same as a law of the angle."""
+        return _LawOfStart(self)
+
+
+@dataclass(frozen=True)
+class _LawOfStart:
+    """A motion to start from as a law; nothing is known of where its pieces meet."""
+
+    start: StartingMotion
+    breakpoints: tuple[float, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """T [s]."""
+        return self.start.duration
+
+    @property
+    def start_angle(self) -> float:
+        """Angle at time 0 [rad]."""
+        return float(self.start.angle(0.0)[0])
+
+    @property
+    def end_angle(self) -> float:
+        """Angle at T [rad]."""
+        return float(self.start.angle(self.duration)[0])
+
+    def motion(self, time: ArrayLike) -> AngularMotion:
+        """Motion at times (m,) in [0, T]."""
+        start, t = self.start, np.atleast_1d(np.asarray(time, dtype=float))
+        return AngularMotion(
+            t, start.angle(t), start.speed(t), start.acceleration(t), start.jerk(t)
+        )
 
 
 def starting_motion(

@@ -28,7 +28,7 @@ from studies.truss.limits.feasibility import (
     unattained,
 )
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import law_of
+from studies.truss.motions.laws import deployment_of, law_of
 from studies.truss.motions.starts import (
     KINDS,
     from_neighbour,
@@ -70,6 +70,7 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.starts import StartingMotion
 
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
+SAME_WITH_ARM = 2e-3  # the same with an arm, whose optima are known to 1e-3
 STOPPED = "interrupted before a motion was found; the inputs are kept"
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 OTHER_START = "without a cap"  # the motion that was found with the least of what the cap is on
@@ -183,7 +184,8 @@ class Search:
         """Lower bounds by quantity; the phase plane only where it can matter."""
         cap, motor_cap = force_cap(self.study), motor_force_cap(self.study)
         least_time, force, motor = 0.0, None, None
-        if self.interrupted or self.enough is not None:  # no more long work
+        if self.interrupted or self.enough is not None or self.study.arm is not None:
+            # no more long work, or none that holds for a ring on an arm
             return lower_bounds(self.study, None)
 
         drive, objectives = self.study.drive, set(self.study.objectives)
@@ -350,7 +352,7 @@ class Search:
             bound=self._bound_now,
             bound_gap=BOUND_MET,
             value=self._value,
-            same=SAME_BASIN,
+            same=self._same,
             enough=lambda trials: self._enough(list(starts), trials),
             failures=(StudyError,),
             seconds=self._some_left(),
@@ -368,7 +370,12 @@ class Search:
             return True
         if self.enough is not None and last.error is None and last.value <= self.enough:
             return True
-        return starts_agree(names, trials, SAME_BASIN)
+        return starts_agree(names, trials, self._same)
+
+    @property
+    def _same(self) -> float:
+        """Relative distance of two optima within which they are one."""
+        return SAME_BASIN if self.study.arm is None else SAME_WITH_ARM
 
     @property
     def _left(self) -> float:
@@ -441,7 +448,9 @@ class Search:
         if verified and not self.interrupted and len(statement.stages) > 1:
             solution = self._later_stages(statement, solution)
             deployment = self._deployment(statement, solution)
-        second = self._second_solve(solution) if self.confirms and verified else None
+        # with an arm a second solve would take as long again: the arm is integrated another way
+        confirms = self.confirms and verified and self.study.arm is None
+        second = self._second_solve(solution) if confirms else None
         if second is not None and second.solution is not solution:
             solution = second.solution
             deployment = self._deployment(statement, solution)
@@ -492,7 +501,7 @@ class Search:
 
     def _smoothed(self, optima: Sequence[Optimum]) -> list[Optimum]:
         """The optima without what smoothness costs them, the best one first."""
-        if self.enough is not None:
+        if self.enough is not None or self.study.arm is not None:
             return sorted(optima, key=lambda optimum: optimum.value)
         found, interrupted = lightened(
             optima,
@@ -512,11 +521,11 @@ class Search:
 
     def _deployment(self, statement: Statement, solution: Solution) -> Deployment:
         law = law_of(self.study, statement, solution)
-        return Deployment("optimal", law, self.study.truss, self.study.drive, self.study.margin)
+        return deployment_of("optimal", law, self.study)
 
     def _unattained(self, deployment: Deployment) -> Verdict | None:
         """The verdict on a motion whose force is at a limit that no motion attains."""
-        if self.interrupted or self.study.jerk_limited:
+        if self.interrupted or self.study.jerk_limited or self.study.arm is not None:
             return None
         for key in ("peak-force", "peak-motor-force"):
             if key in self.study.objectives:

@@ -19,6 +19,7 @@ from ocp import Interrupted, OcpError, Optimum, Problem, Settings, Solution, sol
 from ocp.progress import Progress
 from studies.common.console import Console
 from studies.drive.motor import motor_torque, shares_of_the_curve
+from studies.truss.carrier import RESIDUAL
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.feasibility import end_forces
@@ -32,6 +33,10 @@ SHARE = 2e-5
 
 # The same of the work, which tells one slow motion from another so little that less is enough.
 _SHARE_OF_WORK = 2e-6
+
+# The same with an arm, whose fast modes a rough motion stirs: a solve on its mesh took three times
+# the iterations at the share above. The optimum is known to 1e-3 then.
+_SHARE_WITH_ARM = 3e-4
 
 # What is aimed at when the price is lowered, for the motion becomes rougher with it; in how many
 # steps at most; by how much at once, so that the motion before remains a good start; and how many
@@ -65,7 +70,7 @@ def first_price(
     """
     terms = study.minimise[stage]
     peaks = all(OBJECTIVES[name].kind == "peak" for name in terms)
-    free = peaks and set(terms) != {"peak-acceleration"}
+    free = (peaks and set(terms) != {"peak-acceleration"}) or set(terms) == {"residual-energy"}
     if not study.jerk_limited:
         (_, first, _), _ = end_forces(study.truss)
         free = set(terms) == {"energy"} or (free and with_forces and first < 0.0)
@@ -78,6 +83,7 @@ def first_price(
     force = least["peak-force"] = max(force for _, force, _ in ends)
     # neighbours and net only add to what a rope does to the bars
     least["peak-bar-force"] = force
+    least["residual-energy"] = RESIDUAL  # of its size, as many motions leave nothing
     least["peak-far-end-tension"] = max(force * share for _, force, share in ends)
     if study.drive is not None and study.drive.drum_radius is not None:
         least["peak-motor-force"] = force
@@ -85,6 +91,8 @@ def first_price(
         least["peak-motor-torque"] = torque
         least["peak-motor-load"] = max(shares_of_the_curve(study.drive, 0.0, torque), default=1.0)
     share = SHARE if study.jerk_limited else _SHARE_OF_WORK
+    if study.arm is not None:
+        share = _SHARE_WITH_ARM
     return share * sum(weight * least[name] / weights[name] for name, weight in terms.items())
 
 

@@ -139,6 +139,16 @@ def test_energy_that_the_papers_laws_leave(model, law, energy, digits) -> None:
     assert arm_motion(model, law).residual_energy == pytest.approx(energy, rel=digits)
 
 
+@pytest.mark.parametrize(("law", "energy"), [(BEZIER, 0.0580), (STEP5, 0.0469)])
+def test_energy_that_is_left_if_the_ring_is_a_particle(law, energy) -> None:
+    """The model of all of the antenna as a particle, derived elsewhere on modes of the arm."""
+    particle = dataclasses.replace(RING, turns=False)
+    assert arm_motion(particle, law).residual_energy == pytest.approx(energy, abs=5.1e-5)
+    # nothing of it depends on the angle of the ring: f1 as of exact Euler-Bernoulli beams
+    for alpha in (RING.truss.stowed_angle, OPEN):
+        assert particle.frequencies(alpha)[0] == pytest.approx(0.445349, rel=1e-5)
+
+
 @pytest.mark.parametrize("degrees", [90.0, 30.0])
 def test_tip_is_that_of_the_full_arm(degrees) -> None:
     """Within 1e-4 m of 0.04 m, and the energy within what twice the elements change of it."""
