@@ -19,10 +19,10 @@ __getattr__ = late_names(__name__, __file__)
 STUDY = Study(
     name="sweep",
     summary="one study for many values of its keys: grids, lists, samples",
-    description="Solves a study of the truss, the arm or a chain for many values of any of its "
-    "keys, each case in a process of its own, and keeps one file a case: killed at any moment, the "
-    "same command goes on. Writes a tidy table and draws curves, heat maps or a tornado. Exit code "
-    "5 if a case ended without an answer.",
+    description="Solves a study of the truss, the arm, a chain or another package for many values "
+    "of any of its keys, each case in a process of its own, and keeps one file a case: killed at "
+    "any moment, the same command goes on. Writes a tidy table and draws curves, heat maps or a "
+    "tornado. Exit code 5 if a case ended without an answer.",
     keys={"": "studies.sweep.config:SweepStudy"},
     run="studies.sweep.cases.plan:plan",
     figures="studies.sweep.figures:draw",

@@ -150,7 +150,9 @@ def judge(study, columns, console=None):
     bound = least_peak(slider, study.travel, study.duration)
     # a hundredth, for differences of rounded positions
     checks = (
-        at_most("miss of the travel", "m", float(abs(s[-1] - s[0] - study.travel)), s[-1] / 100),
+        at_most(
+            "miss of the travel", "m", float(abs(s[-1] - s[0] - study.travel)), study.travel / 100
+        ),
         at_most("speed backwards", "m/s", float(-v.min()), float(v.max()) / 100),
         at_most("push of the rope", "N", float(-force.min()), float(force.max()) / 100),
         at_most("pull off the rail", "N", float(-load.min()), study.mass * GRAVITY / 100),
