@@ -240,15 +240,23 @@ class TrussFront:
         self.searches += 1
         self.console.progress(f"an end of the front: {study.question}")
         if self.kept is None:
-            return best_law(study, self.console)
+            return self._searched(study)
         name = f"end-{self.searches}"
         columns = self.kept.arrays(name, LAW_COLUMNS)
         if not columns:
-            law = best_law(study, self.console, kept=self.kept.within(name))
+            law = self._searched(study, self.kept.within(name))
             self.kept.keep_arrays(name, law_columns(self._deployment(law)))
             # as another run would read it
             columns = self.kept.arrays(name, LAW_COLUMNS)
         return stored_law(columns)
+
+    def _searched(self, study: TrussStudy, kept: FinishedStarts | None = None) -> Law:
+        """The motion of a search; where it fails beside an open end, what would close that."""
+        try:
+            return best_law(study, self.console, kept=kept)
+        except StudyError as error:
+            remedies = [limit.remedy for limit in self.open_ends.values()]
+            raise StudyError("; or ".join([str(error), *remedies]), error.exit_code) from error
 
     def _deployment(self, law: Law) -> Deployment:
         return deployment_of("front", law, self.truss)

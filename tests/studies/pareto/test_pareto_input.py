@@ -6,7 +6,7 @@ from ocp import Interrupted
 from studies.cli import main
 from studies.common.configuration import toml_text
 from studies.common.console import silent
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.pareto import study_from
 from studies.pareto.config import as_dictionary
 from studies.pareto.truss import TrussFront
@@ -125,6 +125,18 @@ def test_a_least_value_that_no_motion_attains_is_an_open_end(objectives, caps, o
     subject.check()
     found = {name: limit.value for name, limit in subject.open_ends.items()}
     assert found == pytest.approx(open_ends, rel=1e-5)
+
+
+def test_a_search_that_fails_beside_an_open_end_names_what_closes_it(monkeypatch):
+    def failed(*given, **named):
+        raise StudyError("no motion was found", ExitCode.NOT_SOLVED)
+
+    monkeypatch.setattr("studies.pareto.truss.best_law", failed)
+    study = study_from(stated(["peak-rope-speed", "peak-reaction"], caps={}))
+    words = "^no motion was found; or cap the rope's acceleration$"
+    with pytest.raises(StudyError, match=words) as raised:
+        next(TrussFront(study, silent()).ends())
+    assert raised.value.exit_code is ExitCode.NOT_SOLVED
 
 
 def test_ends_are_not_solved_to_their_last_digits(monkeypatch):
