@@ -29,6 +29,7 @@ STUDY = TrussStudy(
     margin={"preset": "aiaa-s-114"},
 )
 LAW = JerkLimited(4.0, STUDY.truss.stowed_angle, DEPLOYED, jerk=3.0).profile
+OF_A_HELD_RING = [key for key in CAPPED if QUANTITIES[key].needs != "arm"]
 DEPLOYMENT = Deployment("optimal", LAW, STUDY.truss, DRIVE, STUDY.margin)
 
 
@@ -40,14 +41,14 @@ def lines(study: TrussStudy, drive: Drive) -> dict[str, float]:
 
 
 def capped(factor: float) -> TrussStudy:
-    caps = {name: factor * DEPLOYMENT.values[key] for key, name in CAPPED.items()}
+    caps = {CAPPED[key]: factor * DEPLOYMENT.values[key] for key in OF_A_HELD_RING}
     caps["least_tension"] = DEPLOYMENT.values["least-tension"] + (1 - factor)
     return dataclasses.replace(STUDY, caps=caps)
 
 
 def test_every_cap_that_is_broken_has_its_line() -> None:
     found = lines(capped(0.8), DRIVE)
-    for key in (*CAPPED, "peak-motor-load"):
+    for key in (*OF_A_HELD_RING, "peak-motor-load"):
         name = f"{QUANTITIES[key].title} beyond the cap of the study [1]"
         if key == "peak-motor-load":
             expected = DEPLOYMENT.values[key] - 1.0
