@@ -55,8 +55,7 @@ def key_lines(kind: type[Any], where: str = "", deep: bool = False) -> list[KeyL
         if is_section(default):
             lines += key_lines(type(default), f"{name}.", deep)
             continue
-        shown = type(default).__name__ if dataclasses.is_dataclass(default) else _shown(default)
-        lines.append(KeyLine(name, about.unit, shown, about.meaning))
+        lines.append(KeyLine(name, about.unit, _shown(default), about.meaning))
         if deep and (inner := table_class(about)):
             lines += key_lines(inner, f"{name}.{'NAME.' if _is_named(about) else ''}", deep)
     return lines
@@ -90,9 +89,9 @@ def _is_named(about: Key) -> bool:
 def _of_a_model(kind: type[Any], field: dataclasses.Field[Any], where: str) -> KeyLine:
     """The line of a field of the models."""
     text, default = field_texts(kind).get(field.name, ""), default_of(field)
-    shown = type(default).__name__ if dataclasses.is_dataclass(default) else _shown(default)
     unit = (UNIT.findall(text) or [""])[0]
-    return KeyLine(where + field.name, unit, shown, UNIT.sub("", text, count=1).strip(" .,"))
+    meaning = UNIT.sub("", text, count=1).strip(" .,")
+    return KeyLine(where + field.name, unit, _shown(default), meaning)
 
 
 def field_texts(kind: type) -> dict[str, str]:
@@ -110,6 +109,8 @@ def field_texts(kind: type) -> dict[str, str]:
 def _shown(default: Any) -> str:
     if default is dataclasses.MISSING:
         return "to be stated"
+    if dataclasses.is_dataclass(default):
+        return "a table"
     return "none" if default is None else toml_value(default)
 
 

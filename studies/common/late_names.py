@@ -25,8 +25,10 @@ def late_names(package: str, file: str) -> Callable[[str], Any]:
 
     def found(name: str) -> Any:
         if not modules:
-            for node in ast.walk(ast.parse(Path(file).read_text("utf-8"))):
-                if isinstance(node, ast.ImportFrom) and f"{node.module}".startswith(f"{package}."):
+            face = ast.parse(Path(file).read_text("utf-8"))
+            late = [line for block in face.body if isinstance(block, ast.If) for line in block.body]
+            for node in late:
+                if isinstance(node, ast.ImportFrom):
                     modules.update(dict.fromkeys((a.name for a in node.names), f"{node.module}"))
         if name not in modules:
             raise AttributeError(f"module '{package}' has no attribute {name!r}")
