@@ -75,13 +75,15 @@ from models.truss.rope import (
 from models.truss.rope_stiffness import (
     LeastStiffness,
     RopeYields,
+    hauled_rope,
+    jerk_step_at_net,
     least_rope_stiffness,
     rope_mode_frequency,
     rope_taken,
     stretching_ratio,
     yielding_tension,
 )
-from models.truss.rope_swing import RopeSwing, rope_swing
+from models.truss.rope_swing import HauledRope, RopeSwing, rope_swing
 from models.truss.shear import module_shear
 
 __all__ = [
@@ -91,6 +93,7 @@ __all__ = [
     "TUBE_LINEAR_DENSITY",
     "BarForces",
     "ForceCoefficients",
+    "HauledRope",
     "InertiaLoads",
     "JointMasses",
     "LeastStiffness",
@@ -111,10 +114,12 @@ __all__ = [
     "extreme_bar_forces",
     "far_end_ratio",
     "force_coefficients",
+    "hauled_rope",
     "hoop_force",
     "inertia",
     "inertia_loads",
     "inertia_slope",
+    "jerk_step_at_net",
     "joint_damping",
     "joint_loss",
     "kinetic_energy",

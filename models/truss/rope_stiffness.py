@@ -27,11 +27,11 @@ from numpy.typing import ArrayLike
 
 from models.arrays import Array, elementwise
 from models.numerics import dense_peak
-from models.truss.dynamics import static_force
+from models.truss.dynamics import rope_force, static_force
 from models.truss.inertia import inertia
 from models.truss.kinematics import Expression, rope_length, rope_speed
 from models.truss.parameters import TrussParameters
-from models.truss.potential import potential_slope
+from models.truss.potential import Net, potential_slope
 from models.truss.rope import mean_tension_ratio, rope_leverage
 
 RopeYields = Literal["at the motor", "along its length"]
@@ -66,6 +66,34 @@ def yielding_tension(
     """T1 [N] of a rope of which the motor has hauled in `hauled` [m]; negative if it is slack."""
     stretch = hauled - rope_taken(parameters, alpha)
     return stiffness * stretch / stretching_ratio(parameters, alpha, yields)
+
+
+def hauled_rope(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    acc: Expression,
+    stiffness: float,
+    yields: RopeYields = "at the motor",
+    net: Net = "by angle",
+) -> Expression:
+    """Rope that a motion needs, h [m]: what the truss takes, and the stretch; omega >= 0, (38)."""
+    tension = rope_force(parameters, alpha, omega, acc, net)
+    stretch = stretching_ratio(parameters, alpha, yields) * tension / stiffness
+    return rope_taken(parameters, alpha) + stretch
+
+
+def jerk_step_at_net(parameters: TrussParameters, omega: Expression) -> Expression:
+    """Step of the jerk where the net becomes taut and the motor hauls in evenly [rad/s^3].
+
+    U'' steps there, and T1 f = k (h - s) f / c has no step in its rate. So J times the step of the
+    jerk is less the step of U'' omega.
+    """
+    alpha = ca.SX.sym("alpha")
+    slopes = [potential_slope(parameters, alpha, net) for net in ("slack", "taut")]
+    bend = ca.Function("bend", [alpha], [ca.jacobian(slopes[1] - slopes[0], alpha)])
+    net_angle = parameters.net_angle
+    return -float(bend(net_angle)) * omega / float(inertia(parameters, net_angle))
 
 
 def least_rope_stiffness(

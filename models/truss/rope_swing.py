@@ -10,6 +10,7 @@ swings back the friction of the pulleys keeps its sense, which a rope at its tur
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +29,7 @@ from models.truss.potential import potential_slope
 from models.truss.rope import rope_leverage
 from models.truss.rope_stiffness import (
     RopeYields,
+    hauled_rope,
     rope_mode_frequency,
     rope_taken,
     stretching_ratio,
@@ -36,10 +38,63 @@ from models.truss.rope_stiffness import (
 
 SAMPLES = 4001  # of a swing: a hundred to a period of 12 Hz in a motion of 3 s
 TAIL = 10  # periods of the open truss that are watched after the motor has stopped
+BACKWARD = 1e-5  # of the greatest speed, beyond which a speed is no rounding at rest
 TOLERANCE = 1e-8  # of the integrator, relative; in angle and speed also absolute
 _CELLS, _NODES = 400, 4  # of the quadrature of what is left; a rope may become slack in one
 _GRID = 401  # of angles, on which a rest is looked for: 0.06 deg apart
 _NEAR = 0.2  # [rad] about the end of a law, in which the truss comes to rest on a rope that is held
+
+
+@dataclass(frozen=True, eq=False)
+class HauledRope:
+    """What a motor hauls in so that a truss on ropes that give keeps to a law.
+
+    Attributes
+    ----------
+    curve : maps times to the rope hauled in [m].
+    peak_speed, peak_acceleration : of it [m/s, m/s^2]; the latter leaves out steps of the speed.
+    end_speed : largest at both ends, a step for the motor [m/s].
+    """
+
+    curve: Callable[[Any], Any]
+    peak_speed: float
+    peak_acceleration: float
+    end_speed: float
+
+    @classmethod
+    def of(
+        cls, parameters: TrussParameters, law: Law, stiffness: float, yields: RopeYields
+    ) -> HauledRope:
+        """Of a law whose jerk may jump at its breakpoints."""
+        from scipy.interpolate import CubicHermiteSpline
+
+        time = np.union1d(np.linspace(0.0, law.duration, SAMPLES), law.breakpoints)
+        before = np.nextafter(time[1:], 0.0)
+        hauled, speed = _hauled_kernel(parameters, stiffness, yields, law, time)
+        _, left = _hauled_kernel(parameters, stiffness, yields, law, before)
+        # no speed has a step inside of an interval
+        gained = (left - speed[:-1]) / np.diff(time)
+        return cls(
+            CubicHermiteSpline(time, hauled, speed),
+            float(max(np.abs(speed).max(), np.abs(left).max())),
+            float(np.abs(gained).max()),
+            float(max(abs(speed[0]), abs(left[-1]))),
+        )
+
+
+def _hauled_kernel(
+    parameters: TrussParameters, stiffness: float, yields: RopeYields, law: Law, time: Array
+) -> tuple[Array, Array]:
+    """Rope that keeps a truss to a law, and its rate, at times (m,) [m, m/s]."""
+    state = ca.SX.sym("state", 3)
+    jerk = ca.SX.sym("jerk")
+    hauled = hauled_rope(parameters, state[0], state[1], state[2], stiffness, yields)
+    rate = ca.jtimes(hauled, state, ca.vertcat(state[1], state[2], jerk))
+    kernel = ca.Function("hauled", [state, jerk], [hauled, rate], {"cse": True})
+    motion = law.motion(time)
+    speed = np.maximum(motion.speed, 0.0)
+    rows = kernel(np.stack([motion.angle, speed, motion.acceleration]), motion.jerk[None])
+    return rows[0].full().ravel(), rows[1].full().ravel()
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +140,7 @@ def rope_swing(
     law: Law,
     stiffness: float,
     yields: RopeYields = "at the motor",
+    hauls_stretch: bool = False,
 ) -> RopeSwing:
     """Integrate the truss on ropes of which the motor hauls in what a law takes.
 
@@ -92,6 +148,8 @@ def rope_swing(
     ----------
     law : of the deployment angle, from rest.
     stiffness : k of one rope [N/m], above the least one.
+    hauls_stretch : whether the motor also hauls in the stretch that the law's tension causes. Then
+        the truss keeps to the law, if its ropes stay taut.
 
     Raises
     ------
@@ -101,9 +159,15 @@ def rope_swing(
     from scipy.integrate import solve_ivp
 
     duration, first = law.duration, law.start_angle
-    ratio = float(stretching_ratio(parameters, first, yields))
-    slack_taken = float(static_force(parameters, first)) * ratio / stiffness
-    hauled_in = _hauled(parameters, law, slack_taken)
+    if hauls_stretch:
+        curve = HauledRope.of(parameters, law, stiffness, yields).curve
+    else:
+        ratio = float(stretching_ratio(parameters, first, yields))
+        at_first = float(static_force(parameters, first)) * ratio / stiffness
+        curve = _hauled(parameters, law, at_first)
+
+    def hauled_in(at: Any) -> Any:
+        return curve(np.minimum(at, duration))
 
     rates, balance = _kernels(parameters, stiffness, yields)
     held = float(hauled_in(np.array([duration]))[0])
@@ -148,7 +212,7 @@ def rope_swing(
         rest_angle=rest,
         energy_left=left + float(kinetic_energy(parameters, angle[place], speed[place])),
         slack=_time_of(time, pulled <= 0.0),
-        backward=_time_of(time, speed < -TOLERANCE),
+        backward=_time_of(time, speed < -BACKWARD * speed.max()),
     )
 
 
@@ -161,8 +225,7 @@ def _hauled(parameters: TrussParameters, law: Law, at_first: float) -> Any:
     motion = law.motion(time)
     taken = rope_taken(parameters, ca.DM(motion.angle)).full().ravel()
     rate = -rope_speed(parameters, ca.DM(motion.angle), ca.DM(motion.speed)).full().ravel()
-    curve = CubicHermiteSpline(time, at_first + taken, rate)
-    return lambda at: curve(np.minimum(at, law.duration))
+    return CubicHermiteSpline(time, at_first + taken, rate)
 
 
 def _kernels(

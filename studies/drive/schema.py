@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.configuration import (
+    boolean,
     check,
     choice,
     from_mapping,
@@ -100,6 +101,7 @@ class Drive:
     rope_stiffness : of one rope [N/m], the motor's pull per metre hauled in while the truss stands;
         exports haul the stretch in beforehand.
     rope_yields : where it gives; along its length, the mean tension stretches it and not the pull.
+    plan_stretch : whether an optimum of the truss hauls that stretch in with it.
     tension_ramp : over which that tension is averaged, since no motor follows a step of it [s].
     start_dwell, end_dwell : rest before and after the motion [s].
     ropes : axes in one table, which all get the same motion.
@@ -167,6 +169,13 @@ class Drive:
         f"where the rope gives: {' or '.join(ROPE_YIELDS)}, of which its mean tension counts",
         default="at the motor",
     )
+    plan_stretch: bool = key(
+        boolean,
+        "",
+        "whether the optimum hauls that stretch in: its rope then starts and ends at rest, and "
+        "speed and acceleration limit all that is hauled in",
+        default=False,
+    )
     tension_ramp: float | None = optional_key(
         positive,
         "s",
@@ -183,6 +192,11 @@ class Drive:
             raise StudyError(
                 "drive.rope_diameter and drive.layer_turns belong together: state both for a drum "
                 "of several layers, or neither"
+            )
+        if self.plan_stretch and self.rope_stiffness is None:
+            raise StudyError(
+                "drive.plan_stretch is stated for rigid ropes; state drive.rope_stiffness in N/m, "
+                "too"
             )
         of_the_drum = ("motor_speed", "motor_torque", "motor_inertia", "torque_speed")
         for name in (*of_the_drum, "rope_diameter"):

@@ -364,6 +364,11 @@ class TrussStudy:
             from studies.drive.snap_through import check_rope  # the models load with it
 
             check_rope(self.truss, self.drive)
+        if self.plans_stretch and not self.jerk_limited:
+            raise StudyError(
+                "drive.plan_stretch needs a cap on the jerk, or the ropes' tension could step; "
+                'state caps.jerk, such as "200/T^3"'
+            )
         if self.margin is not None:
             self.margin.load_cases(self.truss)  # said before any work
 
@@ -431,6 +436,11 @@ class TrussStudy:
         """Whether the acceleration is continuous, and so zero at both ends."""
         capped = self.caps.jerk is not None or self.caps.rope_jerk is not None
         return capped or "peak-rope-jerk" in self.objectives
+
+    @property
+    def plans_stretch(self) -> bool:
+        """Whether the stretch of the ropes is part of what is optimised."""
+        return self.drive is not None and self.drive.plan_stretch
 
     @property
     def fixed_duration(self) -> float | None:

@@ -1,9 +1,11 @@
 """The truss's optimal control problem, stated in `ocp`.
 
 With a cap on jerk the states are angle, speed and acceleration, all zero rates at both ends (45),
-and the jerk is the control. Without one, zero acceleration at the ends means nothing: the states
-are angle and speed. The control is the rope force where the optimum switches it between its bounds,
-else the acceleration: in a slow motion the one is a small difference of large others.
+and the jerk is the control. If the stretch of the ropes is planned the jerk is a state, zero at
+both ends, and the snap is the control. Without a cap on jerk, zero acceleration at the ends means
+nothing: the states are angle and speed. The control is the rope force where the optimum switches it
+between its bounds, else the acceleration: in a slow motion the one is a small difference of large
+others.
 
 Where forces matter the motion has two phases, before and after the net becomes taut, so that the
 kink of the potential (26) lies on their common end.
@@ -22,7 +24,7 @@ import casadi as ca
 import numpy as np
 
 from models.ring_on_arm import ArmMotion, arm_motion
-from models.truss import Net, TrussParameters, static_peak
+from models.truss import Net, TrussParameters, jerk_step_at_net, static_peak
 from ocp import (
     Accuracy,
     AdaptiveMesh,
@@ -50,6 +52,7 @@ from studies.truss.expressions import (
     acceleration_in,
     expressions,
     force_in,
+    hauling_rates,
 )
 from studies.truss.limits.caps import CAPPED, CURVE, cap_on
 from studies.truss.limits.tolerances import OPTIMUM
@@ -58,9 +61,11 @@ from studies.truss.quantities import OBJECTIVES, QUANTITIES
 if TYPE_CHECKING:  # which needs this module
     from studies.truss.motions.starts import StartingMotion
 
-# The least root mean squares that a motion from rest to rest has: of the jerk, with no acceleration
-# at its ends, times D/T^3 (the quintic law of (39) has it), and of the acceleration, times D/T^2
-# (the cubic law).
+# The least root mean squares that a motion from rest to rest has: of the snap, with no acceleration
+# and no jerk at its ends, times D/T^4 (a polynomial of degree 7 has it), of the jerk, with no
+# acceleration there, times D/T^3 (the quintic law of (39) has it), and of the acceleration, times
+# D/T^2 (the cubic law).
+LEAST_SNAP = math.sqrt(100_800)
 LEAST_JERK = math.sqrt(720)
 LEAST_ACCELERATION = math.sqrt(12)
 ROPE_FORCE = "rope force"  # name of its bounds
@@ -85,6 +90,9 @@ ARM_DEGREE, ARM_INTERVALS = 4, 60
 # [J^(1/2)] by which a solve stays below the root of a cap on the energy: what its mesh misses.
 ARM_MARGIN = 1e-4
 LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
+# Of the objective, where the snap is constant in each interval: a force that rides its peak takes
+# more than two thousand of them for `OPTIMUM`
+ROUGHLY = 1e-4
 LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
@@ -130,7 +138,7 @@ class Statement:
 
 def needs_forces(study: TrussStudy) -> bool:
     """Whether objective or caps depend on the rope force."""
-    if any(OBJECTIVES[name].needs_forces for name in study.objectives):
+    if study.plans_stretch or any(OBJECTIVES[name].needs_forces for name in study.objectives):
         return True
     capped = [key for key in (*CAPPED, CURVE) if cap_on(study.caps, study.drive, key)]
     return any(QUANTITIES[key].needs_forces for key in capped)
@@ -190,7 +198,7 @@ def state(
         )
         priced = Constant("price of the roughness", value=price) if price > 0.0 else None
 
-    links = tuple(joined(*phases)) if len(phases) == 2 else ()
+    links = tuple(joined(*phases, jump=_jump_at_net(signals))) if len(phases) == 2 else ()
     if signals.arm is not None and (most := caps.of("residual-energy")) is not None:
         left = phases[-1].at_end(signals.arm.left)
         root = ca.sqrt(most)
@@ -225,12 +233,22 @@ def _arm_signals(moved: ArmMotion, signals: Signals) -> ArmSignals:
     return ArmSignals(tuple(q), tuple(v), tuple(ca.vertsplit(accelerations)), torque, left)
 
 
+def _jump_at_net(signals: Signals) -> Mapping[Any, Any] | None:
+    """The jerk after the net became taut, if the motor hauls in evenly; None if it may jump."""
+    if signals.snap is None or signals.jerk is None:
+        return None
+    step = jerk_step_at_net(signals.truss, signals.speed.symbol)
+    return {signals.jerk: signals.jerk.symbol + step}
+
+
 def _rough(study: TrussStudy, signals: Signals) -> Any:
     """What is small in a smooth motion, as a multiple of the least that any motion has.
 
     Root mean squares count: of the jerk, or of the acceleration where that may jump.
     """
     stroke, duration = study.stroke, study.duration[1]
+    if signals.snap is not None:
+        return signals.snap.symbol / (LEAST_SNAP * stroke / duration**4)
     if signals.jerk is not None:
         return signals.jerk.symbol / (LEAST_JERK * stroke / duration**3)
     if signals.acceleration is not None:
@@ -281,6 +299,10 @@ def _signals(
     if drive == "jerk":
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
         steepest = caps.most("peak-jerk")
+        if study.plans_stretch:  # what is hauled in has no step of its speed, nor has the jerk
+            state = State("jerk", "rad/s^3", lower=-steepest, upper=steepest)
+            snap = Control("snap", "rad/s^4", piecewise="constant")
+            return Signals(truss, angle, speed, acceleration, state, None, pull, snap)
         jerk = Control("jerk", "rad/s^3", lower=-steepest, upper=steepest, piecewise=shape)
         return Signals(truss, angle, speed, acceleration, jerk, None, pull)
     if drive == "force":
@@ -333,7 +355,8 @@ def settings_of(study: TrussStudy, with_forces: bool, accuracy: Accuracy | None 
     # moved to the switches of the jerk; where forces matter, bisection is more robust
     moving = phases == 1 and control_of(study, with_forces)[1] == "constant"
     # on its switches a motion is exact at once; elsewhere each digit more doubles the mesh
-    accuracy = accuracy or (Accuracy() if moving else Accuracy(objective=OPTIMUM))
+    objective = ROUGHLY if study.plans_stretch else OPTIMUM
+    accuracy = accuracy or (Accuracy() if moving else Accuracy(objective=objective))
     return Settings(
         intervals=max(2, -(-study.solver.intervals // phases)),
         refinement=AdaptiveMesh(move_breakpoints=moving),
@@ -359,6 +382,8 @@ def _phases(
     rest = {signals.speed: 0.0}
     if signals.jerk is not None:
         rest[signals.acceleration] = 0.0
+    if isinstance(signals.jerk, State):
+        rest[signals.jerk] = 0.0
     first = {angle: study.truss.stowed_angle, **rest}
     if signals.arm is not None:
         first |= dict.fromkeys((*signals.arm.coordinates, *signals.arm.rates), 0.0)
@@ -400,6 +425,8 @@ def _phase(
     if signals.jerk is not None:
         dynamics[signals.acceleration] = signals.jerk
         guess |= {signals.acceleration: start.acceleration, signals.jerk: start.jerk}
+        if signals.snap is not None:
+            dynamics[signals.jerk] = signals.snap
     elif signals.force is not None:
         guess[signals.force] = start.rope_force
     else:
@@ -436,6 +463,8 @@ def _bounds(
     if net == "by angle":
         return bounds
 
+    if signals.snap is not None:
+        bounds += _of_the_hauled_rope(study, signals, net)
     force, strongest = force_in(signals, net), caps.most("peak-force")
     if reserve is not None and caps.of("peak-force") is not None:
         (more,) = expressions(study, signals, net, reserve)["peak-force"]
@@ -451,6 +480,19 @@ def _bounds(
         acceleration, most = acceleration_in(signals, net), caps.of("peak-acceleration")
         bounds.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
     return bounds
+
+
+def _of_the_hauled_rope(study: TrussStudy, signals: Signals, net: Net) -> Iterator[Bound]:
+    """Limits of the drive on all that it hauls in, the stretch of its rope included."""
+    drive = study.drive
+    assert drive is not None
+    speed, acceleration = hauling_rates(study, signals, net)
+    for name, rate, unit, most in (
+        ("speed of the hauled rope", speed, "m/s", drive.speed),
+        ("acceleration of the hauled rope", acceleration, "m/s^2", drive.acceleration),
+    ):
+        if most is not None:
+            yield Bound(name, rate, unit, lower=-most, upper=most)
 
 
 def _caps_on_expressions(

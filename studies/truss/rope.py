@@ -11,6 +11,7 @@ import numpy as np
 
 from models.errors import ModelError
 from models.truss import (
+    HauledRope,
     LeastStiffness,
     RopeSwing,
     TrussParameters,
@@ -50,7 +51,15 @@ def rope_of(deployment: Deployment) -> RopeParts:
 
     try:
         swing = deployment.rope_swing
-        found, numbers = _in_words(swing, truss), _as_numbers(swing)
+        found, numbers = _in_words(swing, truss, drive.plan_stretch), _as_numbers(swing)
+        if drive.plan_stretch:
+            hauled = HauledRope.of(truss, deployment.law, stiffness, yields)
+            found = (_hauled_in_words(hauled), *found)
+            numbers |= {
+                "hauled_peak_speed": hauled.peak_speed,
+                "hauled_peak_acceleration": hauled.peak_acceleration,
+                "hauled_end_speed": hauled.end_speed,
+            }
     except ModelError as error:
         found, numbers = (f"The swing of this motion on its ropes is not known: {error}",), {}
     modes = ", ".join(
@@ -82,14 +91,28 @@ def _stability(stiffness: float, yields: str, least: LeastStiffness) -> str:
     )
 
 
-def _in_words(swing: RopeSwing, truss: TrussParameters) -> tuple[str, ...]:
+def _hauled_in_words(hauled: HauledRope) -> str:
+    return (
+        f"The stretch of the ropes is planned: the motor hauls in {hauled.peak_speed:.4g} m/s and "
+        f"{hauled.peak_acceleration:.4g} m/s^2 at most, and {hauled.end_speed:.2g} m/s at both "
+        "ends. Its power and torque are those for rigid ropes."
+    )
+
+
+def _in_words(swing: RopeSwing, truss: TrussParameters, planned: bool) -> tuple[str, ...]:
     """What the law does on such ropes, and what of that the model does not cover."""
+    taken = (
+        "the rope of this motion and its stretch"
+        if planned
+        else "what this motion takes of rigid ropes"
+    )
+    end = "" if planned else " Exports haul the stretch in beforehand."
     sentences = [
-        f"If the motor hauls in what this motion takes of rigid ropes, the truss is off by up to "
+        f"If the motor hauls in {taken}, the truss is off by up to "
         f"{math.degrees(swing.angle_miss):.3g} deg and its rope force by up to "
         f"{swing.force_miss:.3g} N, {swing.tension.max():.4g} N at most. When the motor stops, "
         f"{swing.energy_left:.2g} J are left of the swing; the truss comes to rest at "
-        f"{math.degrees(swing.rest_angle):.5g} deg. Exports haul the stretch in beforehand."
+        f"{math.degrees(swing.rest_angle):.5g} deg.{end}"
     ]
     if swing.slack > 0.0:
         sentences.append(

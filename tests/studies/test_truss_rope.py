@@ -9,14 +9,17 @@ import numpy as np
 import pytest
 
 from models.truss import DYNAMIC_SET
+from studies.common.console import silent
 from studies.common.exit_codes import StudyError
 from studies.drive.course import rope_course
 from studies.drive.schema import Drive
 from studies.drive.stretch import stretched
-from studies.truss.config import TrussStudy, as_dictionary, study_from
+from studies.truss.config import SolverOptions, TrussStudy, as_dictionary, study_from
+from studies.truss.limits.caps import Caps
 from studies.truss.motions.laws import paper_laws
 from studies.truss.rope import rope_of
 from studies.truss.rope_figure import rope_mode_figure
+from studies.truss.study import run
 
 RUBBED = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01)
 
@@ -84,3 +87,33 @@ def test_the_figure_of_ropes_that_give() -> None:
     assert shown == ["5000 N/m", "2e+04 N/m", "8e+04 N/m", "3.2e+05 N/m"]
     swing = laws[0].rope_swing
     assert np.array_equal(force.lines[1].get_ydata(), swing.tension)
+
+
+def test_planned_stretch_needs_ropes_that_give_and_a_jerk_cap() -> None:
+    with pytest.raises(StudyError, match=r"state drive\.rope_stiffness"):
+        Drive(plan_stretch=True)
+    with pytest.raises(StudyError, match=r"state caps\.jerk"):
+        stated(600.0, plan_stretch=True)
+
+
+@pytest.mark.slow
+def test_an_optimum_that_plans_its_stretch_ends_at_rest_on_its_ropes() -> None:
+    study = TrussStudy(
+        minimise="peak-force",
+        duration=10.0,
+        truss=RUBBED,
+        drive=Drive(rope_stiffness=2000.0, plan_stretch=True, acceleration=6.0),
+        caps=Caps(jerk="200/T^3"),
+        smooth=False,
+        solver=SolverOptions(intervals=40, starts=("bezier",)),
+    )
+    result = run(study, silent())
+    rope = result.details["rope"]
+    # the truss is integrated anew on its ropes, with the rope that the motor hauls in
+    assert rope["swing_angle_miss_deg"] < 1e-3
+    assert rope["swing_peak_force"] == pytest.approx(result.value("peak-force"), rel=1e-4)
+    assert rope["swing_energy_left"] < 1e-9
+    assert rope["hauled_end_speed"] < 1e-6 * rope["hauled_peak_speed"]
+    assert rope["hauled_peak_acceleration"] <= 6.0 * (1 + 1e-3)
+    # dearer than on rigid ropes, whose optimum is 39.68 N
+    assert 39.68 < result.value("peak-force") < 1.03 * 39.68

@@ -268,11 +268,12 @@ class Deployment:
 
     @cached_property
     def rope_swing(self) -> RopeSwing:
-        """What the truss does if the ropes give and the motor hauls in what the law takes."""
+        """What the truss does on ropes that give; the motor hauls in what the law takes of them."""
         stated = self.drive
         assert stated is not None
         assert stated.rope_stiffness is not None
-        return rope_swing(self.truss, self.law, stated.rope_stiffness, stated.rope_yields)
+        ropes = stated.rope_stiffness, stated.rope_yields
+        return rope_swing(self.truss, self.law, *ropes, hauls_stretch=stated.plan_stretch)
 
     def _of_the_motor(self, truss: TrussMotion) -> dict[str, Array]:
         """Force, speed, torque and load of one motor; empty without a drum."""

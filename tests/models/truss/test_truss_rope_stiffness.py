@@ -20,8 +20,10 @@ from models.truss import (
     DYNAMIC_SET,
     TrussParameters,
     evaluate_motion,
+    hauled_rope,
     inertia,
     inertia_slope,
+    jerk_step_at_net,
     joint_damping,
     least_rope_stiffness,
     rope_mode_frequency,
@@ -236,3 +238,37 @@ def test_a_truss_that_finds_no_rest_near_its_end_is_refused() -> None:
     law = JerkLimited(20.0, DYNAMIC_SET.stowed_angle, math.radians(40.0), jerk=0.05).profile
     with pytest.raises(ModelError, match=r"no rest within .* of 40 deg.*give a stiffer rope"):
         rope_swing(DYNAMIC_SET, law, 1.0)
+
+
+@pytest.mark.parametrize("yields", YIELDS)
+def test_a_truss_keeps_to_its_law_if_its_stretch_is_hauled_in(yields: str) -> None:
+    # with the motor's rope of the rigid law alone, it would be off by degrees
+    law = Bezier(10.0, paper_points(RUBBED.stowed_angle, math.pi / 2))
+    planned = rope_swing(RUBBED, law, 600.0, yields, hauls_stretch=True)
+    assert planned.slack == 0.0
+    assert (
+        math.degrees(planned.angle_miss) < 1e-3 < rope_swing(RUBBED, law, 600.0, yields).angle_miss
+    )
+    assert planned.rest_angle == pytest.approx(law.end_angle, abs=1e-8)
+
+
+def test_rope_is_hauled_in_without_a_step_if_the_jerk_steps_at_the_net() -> None:
+    p, k, omega, acc, jerk = RUBBED, 900.0, 0.3, 0.1, -0.05
+
+    def hauled(time, step):
+        """From the net angle on, or up to it, by Taylor."""
+        after = jerk + step * (time > 0)
+        alpha = p.net_angle + omega * time + acc * time**2 / 2 + after * time**3 / 6
+        motion = (alpha, omega + acc * time + after * time**2 / 2, acc + after * time)
+        return float(hauled_rope(p, *motion, k))
+
+    h = 1e-6
+
+    def step_of_speed(step):
+        ends = [(hauled(s * 2 * h, step) - hauled(s * h, step)) / (s * h) for s in (1, -1)]
+        return abs(ends[0] - ends[1])
+
+    step = jerk_step_at_net(p, omega)
+    # of about 1 m/s; differences over a microsecond are good to 1e-5
+    assert step_of_speed(step) < 1e-3 * step_of_speed(0.0)
+    assert step < 0.0
