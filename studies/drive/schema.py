@@ -172,8 +172,7 @@ class Drive:
     plan_stretch: bool = key(
         boolean,
         "",
-        "whether the optimum hauls that stretch in: its rope then starts and ends at rest, and "
-        "speed and acceleration limit all that is hauled in",
+        "whether the optimum hauls that stretch in: the motor then starts and ends at rest",
         default=False,
     )
     tension_ramp: float | None = optional_key(

@@ -20,7 +20,6 @@ from models.truss import (
     extreme_bar_forces,
     far_end_ratio,
     force_coefficients,
-    hauled_rope,
     reaction_force,
     rope_acceleration,
     rope_force,
@@ -133,26 +132,6 @@ def _force_if_held(signals: Signals, net: Net) -> Any:
         return signals.force
     acceleration = signals.acceleration.symbol
     return rope_force(signals.truss, signals.angle.symbol, signals.speed.symbol, acceleration, net)
-
-
-def hauling_rates(study: TrussStudy, signals: Signals, net: Net) -> tuple[Any, Any]:
-    """Speed and acceleration of the rope that a motor hauls in, its stretch included [m/s, m/s^2].
-
-    Of signals with a snap.
-    """
-    drive = study.drive
-    assert drive is not None
-    assert drive.rope_stiffness is not None
-    assert signals.jerk is not None
-    assert signals.snap is not None
-    alpha, omega = signals.angle.symbol, signals.speed.symbol
-    acc, jerk = signals.acceleration.symbol, signals.jerk.symbol
-    hauled = hauled_rope(
-        signals.truss, alpha, omega, acc, drive.rope_stiffness, drive.rope_yields, net
-    )
-    speed = ca.jtimes(hauled, ca.vertcat(alpha, omega, acc), ca.vertcat(omega, acc, jerk))
-    states, rates = (alpha, omega, acc, jerk), (omega, acc, jerk, signals.snap.symbol)
-    return speed, ca.jtimes(speed, ca.vertcat(*states), ca.vertcat(*rates))
 
 
 def force_of_acceleration(truss: TrussParameters, alpha: Any) -> Any:

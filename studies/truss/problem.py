@@ -52,7 +52,6 @@ from studies.truss.expressions import (
     acceleration_in,
     expressions,
     force_in,
-    hauling_rates,
 )
 from studies.truss.limits.caps import CAPPED, CURVE, cap_on
 from studies.truss.limits.tolerances import OPTIMUM
@@ -463,8 +462,6 @@ def _bounds(
     if net == "by angle":
         return bounds
 
-    if signals.snap is not None:
-        bounds += _of_the_hauled_rope(study, signals, net)
     force, strongest = force_in(signals, net), caps.most("peak-force")
     if reserve is not None and caps.of("peak-force") is not None:
         (more,) = expressions(study, signals, net, reserve)["peak-force"]
@@ -480,19 +477,6 @@ def _bounds(
         acceleration, most = acceleration_in(signals, net), caps.of("peak-acceleration")
         bounds.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
     return bounds
-
-
-def _of_the_hauled_rope(study: TrussStudy, signals: Signals, net: Net) -> Iterator[Bound]:
-    """Limits of the drive on all that it hauls in, the stretch of its rope included."""
-    drive = study.drive
-    assert drive is not None
-    speed, acceleration = hauling_rates(study, signals, net)
-    for name, rate, unit, most in (
-        ("speed of the hauled rope", speed, "m/s", drive.speed),
-        ("acceleration of the hauled rope", acceleration, "m/s^2", drive.acceleration),
-    ):
-        if most is not None:
-            yield Bound(name, rate, unit, lower=-most, upper=most)
 
 
 def _caps_on_expressions(

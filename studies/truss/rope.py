@@ -18,6 +18,8 @@ from models.truss import (
     least_rope_stiffness,
     rope_mode_frequency,
 )
+from studies.common.result import Criterion, at_most
+from studies.drive.schema import Drive
 from studies.truss.motions.deployment import Deployment
 
 OPEN = math.pi / 2 + 1e-6  # [rad]: beyond it the truss is taken to pass 90 deg
@@ -30,10 +32,12 @@ class RopeParts:
 
     Attributes
     ----------
+    checks : limits of the drive on all that is hauled in, where the stretch is planned.
     sentences : what is found, and what the model does not cover of it.
     details : the same as numbers.
     """
 
+    checks: tuple[Criterion, ...] = ()
     sentences: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
 
@@ -49,12 +53,14 @@ def rope_of(deployment: Deployment) -> RopeParts:
     angles = [stowed, *(angle for angle in SHOWN if angle > stowed)]
     frequencies = rope_mode_frequency(truss, np.radians(angles), stiffness, yields).tolist()
 
+    checks: tuple[Criterion, ...] = ()
     try:
         swing = deployment.rope_swing
         found, numbers = _in_words(swing, truss, drive.plan_stretch), _as_numbers(swing)
         if drive.plan_stretch:
             hauled = HauledRope.of(truss, deployment.law, stiffness, yields)
             found = (_hauled_in_words(hauled), *found)
+            checks = _within_the_drive(hauled, drive)
             numbers |= {
                 "hauled_peak_speed": hauled.peak_speed,
                 "hauled_peak_acceleration": hauled.peak_acceleration,
@@ -67,6 +73,7 @@ def rope_of(deployment: Deployment) -> RopeParts:
         for angle, frequency in zip(angles, frequencies, strict=True)
     )
     return RopeParts(
+        checks=checks,
         sentences=(
             _stability(stiffness, yields, least),
             f"On its ropes, with the motor held, the truss at rest swings at {modes}.",
@@ -88,6 +95,17 @@ def _stability(stiffness: float, yields: str, least: LeastStiffness) -> str:
     return (
         f"The ropes give {yields}, {stiffness:g} N/m each. Below {least.stiffness:.4g} N/m the "
         f"truss would snap through; {math.degrees(least.angle):.4g} deg needs most."
+    )
+
+
+def _within_the_drive(hauled: HauledRope, drive: Drive) -> tuple[Criterion, ...]:
+    """The drive's limits on all that it hauls in: the optimum keeps them for the truss alone."""
+    limits = (
+        ("speed of the hauled rope", "m/s", hauled.peak_speed, drive.speed),
+        ("acceleration of the hauled rope", "m/s^2", hauled.peak_acceleration, drive.acceleration),
+    )
+    return tuple(
+        at_most(name, unit, value, most) for name, unit, value, most in limits if most is not None
     )
 
 

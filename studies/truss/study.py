@@ -129,6 +129,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
         checks=(
             *criteria(study, best.deployment),
             *bars.checks,
+            *rope.checks,
             *margins.checks,
             engine_criterion(best.solution),
             *best.second,

@@ -102,7 +102,7 @@ def test_an_optimum_that_plans_its_stretch_ends_at_rest_on_its_ropes() -> None:
         minimise="peak-force",
         duration=10.0,
         truss=RUBBED,
-        drive=Drive(rope_stiffness=2000.0, plan_stretch=True, acceleration=6.0),
+        drive=Drive(rope_stiffness=2000.0, plan_stretch=True, acceleration=2.5),
         caps=Caps(jerk="200/T^3"),
         smooth=False,
         solver=SolverOptions(intervals=40, starts=("bezier",)),
@@ -114,6 +114,9 @@ def test_an_optimum_that_plans_its_stretch_ends_at_rest_on_its_ropes() -> None:
     assert rope["swing_peak_force"] == pytest.approx(result.value("peak-force"), rel=1e-4)
     assert rope["swing_energy_left"] < 1e-9
     assert rope["hauled_end_speed"] < 1e-6 * rope["hauled_peak_speed"]
-    assert rope["hauled_peak_acceleration"] <= 6.0 * (1 + 1e-3)
+    # the stretch needs more than the drive has, and that is said
+    assert result.value("peak-rope-acceleration") < 2.5 < rope["hauled_peak_acceleration"]
+    failed = [check.name for check in result.checks if not check.passed]
+    assert failed == ["acceleration of the hauled rope"]
     # dearer than on rigid ropes, whose optimum is 39.68 N
     assert 39.68 < result.value("peak-force") < 1.03 * 39.68
