@@ -364,6 +364,11 @@ class TrussStudy:
             from studies.drive.snap_through import check_rope  # the models load with it
 
             check_rope(self.truss, self.drive)
+        if self.plans_stretch and self.arm is not None:
+            raise StudyError(
+                "drive.plan_stretch is for a ring whose fixed bar is held, but [arm] is stated; "
+                "leave one of them out"
+            )
         if self.plans_stretch and not self.jerk_limited:
             raise StudyError(
                 "drive.plan_stretch needs a cap on the jerk, or the ropes' tension could step; "

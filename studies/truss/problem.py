@@ -301,7 +301,7 @@ def _signals(
         if study.plans_stretch:  # what is hauled in has no step of its speed, nor has the jerk
             state = State("jerk", "rad/s^3", lower=-steepest, upper=steepest)
             snap = Control("snap", "rad/s^4", piecewise="constant")
-            return Signals(truss, angle, speed, acceleration, state, None, pull, snap)
+            return Signals(truss, angle, speed, acceleration, state, None, pull, snap=snap)
         jerk = Control("jerk", "rad/s^3", lower=-steepest, upper=steepest, piecewise=shape)
         return Signals(truss, angle, speed, acceleration, jerk, None, pull)
     if drive == "force":
