@@ -103,8 +103,7 @@ def _a_second_time(
         points[place], second = subject.confirmed(points[place], f"a second solve of {words}")
         checks.append(second.check)
         front = dataclasses.replace(front, interrupted=second.interrupted)
-    knee = None if front.knee is None else points[middle]
-    return dataclasses.replace(front, points=tuple(points), knee=knee), tuple(checks)
+    return front.replaced(points), tuple(checks)
 
 
 def _result(

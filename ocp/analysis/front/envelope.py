@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ocp.analysis.front.continuation import FrontPoint, Ranges, distance
 
@@ -60,6 +60,20 @@ class ParetoFront:
         """The best point whose limited objective is an x or less; None where there is none."""
         within = [point for point in self.points if point.x <= x * (1 + LEAST)]
         return min(within, key=lambda point: point.y, default=None)
+
+    def replaced(self, points: Sequence[FrontPoint]) -> ParetoFront:
+        """The front with the given points in place of its own, one for each.
+
+        A better motion at one limit may dominate neighbours, which then leave the front.
+        """
+        best, rest = undominated(points)
+        knee = None if self.knee is None else points[self.points.index(self.knee)]
+        return replace(
+            self,
+            points=tuple(best),
+            dominated=(*self.dominated, *rest),
+            knee=knee if knee in best else None,
+        )
 
 
 def front_of(points: Sequence[FrontPoint], ranges: Ranges, widest: float) -> ParetoFront:

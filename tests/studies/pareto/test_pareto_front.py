@@ -116,3 +116,17 @@ def test_a_point_that_is_beaten_but_for_rounding_is_dropped() -> None:
     best, rest = undominated(points)
     assert [p.y for p in best] == [80.0168, 41.0]
     assert [p.y for p in rest] == [80.0376]
+
+
+def test_a_better_motion_in_place_of_a_point_drops_what_it_dominates() -> None:
+    points = [point(1.0, 5.0), point(2.0, 2.0), point(3.0, 1.5), point(4.0, 1.2)]
+    front = front_of(points, Ranges((1.0, 4.0), (1.0, 5.0)), 1.0)
+    assert front.knee is points[1]
+    better = point(2.0, 1.4)
+
+    after = front.replaced([points[0], better, *points[2:]])
+
+    assert after.points == (points[0], better, points[3])
+    assert after.dominated == (points[2],)
+    assert after.knee is better
+    assert front.replaced([*points[:3], point(1.5, 1.2)]).points[-1].x == 1.5
