@@ -125,6 +125,7 @@ def _in_words(swing: RopeSwing, truss: TrussParameters, planned: bool) -> tuple[
         else "what this motion takes of rigid ropes"
     )
     end = "" if planned else " Exports haul the stretch in beforehand."
+
     sentences = [
         f"If the motor hauls in {taken}, the truss is off by up to "
         f"{math.degrees(swing.angle_miss):.3g} deg and its rope force by up to "
@@ -132,6 +133,8 @@ def _in_words(swing: RopeSwing, truss: TrussParameters, planned: bool) -> tuple[
         f"{swing.energy_left:.2g} J are left of the swing; the truss comes to rest at "
         f"{math.degrees(swing.rest_angle):.5g} deg.{end}"
     ]
+
+    # what the model of the swing does not cover, if it occurs
     if swing.slack > 0.0:
         sentences.append(
             f"In that swing the ropes are slack for {swing.slack:.3g} s: they pull nothing then, "

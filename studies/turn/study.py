@@ -76,6 +76,8 @@ def check(study: TurnStudy, console: Console | None = None) -> None:
                 ExitCode.INFEASIBLE,
             )
         return
+
+    # a drive that speeds up for half of the time and brakes for the other half turns by a T^2/4
     needed = 4.0 * angle / duration**2
     if study.drive_acceleration < needed:
         raise StudyError(
@@ -84,6 +86,7 @@ def check(study: TurnStudy, console: Console | None = None) -> None:
             f"state more than {up(needed)}, or a longer duration",
             ExitCode.INFEASIBLE,
         )
+
     least = least_torque(study)
     if least > study.torque:
         raise StudyError(
@@ -303,7 +306,6 @@ def _series(study: TurnStudy, moved: Mapping[str, TurnResponse]) -> dict[str, Se
 def _checks(study: TurnStudy, own: TurnResponse, solution: Solution) -> tuple[Criterion, ...]:
     """The optimum by its own response, which knows nothing of the engine."""
     speed = float(np.abs(own.drive_rate).max())
-    verification = solution.verification
     checks = [
         at_most(
             "miss of the end angle",
@@ -321,6 +323,8 @@ def _checks(study: TurnStudy, own: TurnResponse, solution: Solution) -> tuple[Cr
             study.drive_acceleration * (1 + CAPS),
         ),
     ]
+
+    verification = solution.verification
     passed, words = verification.passed, "; ".join(verification.reasons)
     sentence = "passed" if passed else f"FAILED: {words}"
     checks.append(
