@@ -22,7 +22,14 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.policy import MeshPolicy
 from ocp.refinement.search import MeshAnswer
-from ocp.refinement.solved_mesh import OVERPROMISE, Ending, MeshIteration, SolvedMesh, record_of
+from ocp.refinement.solved_mesh import (
+    OVERPROMISE,
+    Ending,
+    MeshIteration,
+    SolvedMesh,
+    best_start,
+    record_of,
+)
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -177,9 +184,9 @@ def look_at(
 def next_plan(
     meshes: MeshSolver, planned: PlannedMesh, step: NextStep, history: History
 ) -> PlannedMesh:
-    """The mesh that a step asks for, from the last motion and its multipliers."""
+    """The mesh that a step asks for, from a motion that was found and its multipliers."""
     assert step.mesh is not None
-    start = history.solved[-1].iterate
+    start = best_start(history.solved).iterate
     return PlannedMesh(
         program=meshes.next_program(start, step.mesh),
         start=start,

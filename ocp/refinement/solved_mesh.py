@@ -12,7 +12,7 @@ from typing import Literal
 from ocp.accuracy import SLACK, Accuracy
 from ocp.estimates.error_estimate import MeshErrors
 from ocp.estimates.kink_crossings import NEAR
-from ocp.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.estimates.promised_gain import CERTIFIED_GAIN, effect_of_excess
 from ocp.later import lazy_fields, read_later
 from ocp.mesh.mesh import Mesh
 from ocp.nlp.solver import NlpResult
@@ -133,6 +133,10 @@ _FINER, _SAFETY = 1.2, 3.0
 # Part of an objective that the solver may leave open
 _SOLVED_TO = 1e-6
 
+# Error of the dynamics, or excess of a limit, from which on the motion of a mesh is none: it leaps
+# over a limit between two points, say
+_LEAPS = 1e-3
+
 Ending = Literal[
     "tolerances", "standstill", "mesh iterations", "failure", "budget", "cost", "interrupted"
 ]
@@ -201,6 +205,18 @@ class SolvedMesh:
         )
 
     @property
+    def leaps(self) -> bool:
+        """Whether it is so far from a motion that its objective tells nothing of the optimum."""
+        return max(self.errors.dynamics, self.excess) >= _LEAPS
+
+    @property
+    def promised_change(self) -> float:
+        """By how much of the objective better meshes may change it, as far as this one tells."""
+        # of first order, which may be too little by half
+        of_excess = effect_of_excess(self.iterate, [p.excess for p in self.errors.phases])
+        return 2.0 * (self.errors.gain + of_excess)
+
+    @property
     def excess(self) -> float:
         """Largest excess of a constraint at the points or between them, relative."""
         return max(self.errors.excess, self.violation)
@@ -245,6 +261,15 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     return min(as_good, key=lambda s: s.excess, default=best)
 
 
+def best_start(solved: Sequence[SolvedMesh]) -> SolvedMesh:
+    """Where the next mesh starts: at the last one that leaps over no limit, if there is one.
+
+    A solver may leap over a ridge between two points of a mesh that seemed fine. What later meshes
+    lead back to from there is another local optimum.
+    """
+    return next((s for s in reversed(solved) if not s.leaps), solved[-1])
+
+
 def is_refuted(solved: Sequence[SolvedMesh], back: int, accuracy: Accuracy) -> bool:
     """Whether what is promised is no gain, after finer meshes that hardly gained anything.
 
@@ -275,9 +300,10 @@ def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:
 
     It is what finer controls promise, or the change from the mesh before if that is more. A promise
     that finer meshes have refuted is no more than noise: there it is three times the changes over
-    these meshes. Where multipliers promise nothing, it is told by the last mesh that has half the
-    intervals, or twice as many: errors that fall at least like the width are no more than the
-    change between the two, or twice as much. Infinite if there is none.
+    these meshes. Nor is it less than the changes that nothing promised. Where multipliers promise
+    nothing, it is told by the last mesh that has half the intervals, or twice as many: errors that
+    fall at least like the width are no more than the change between the two, or twice as much.
+    Infinite if there is none.
     """
 
     def change(other: SolvedMesh) -> float:
@@ -289,10 +315,26 @@ def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:
         fine = [2.0 * change(s) for s in solved if s.iterate.mesh.intervals >= 2 * count]
         return max(_SOLVED_TO, *coarse[-1:], *fine[-1:]) if coarse or fine else math.inf
     latest = solved[-1 - _TWICE :]
-    changes = [change(s) for s in latest]
+    changes, unsettled = [change(s) for s in latest], unpromised_changes(solved)
     if len(latest) > _TWICE and _are_finer(latest):
-        return min(_SAFETY * max(changes), max(best.errors.gain, *changes))
-    return max(best.errors.gain, *changes[-_TWICE:])
+        return max(unsettled, min(_SAFETY * max(changes), max(best.errors.gain, *changes)))
+    return max(unsettled, best.errors.gain, *changes[-_TWICE:])
+
+
+def unpromised_changes(solved: Sequence[SolvedMesh]) -> float:
+    """Changes of the objective that were more than promised, relative, all together.
+
+    Where an objective wanders from mesh to mesh, as among many local optima, one small change tells
+    nothing. It has settled where two changes in a row were as little as promised.
+    """
+    total, kept = 0.0, 0
+    for before, after in itertools.pairwise(s for s in solved if not s.leaps):
+        change = abs(after.iterate.objective - before.iterate.objective)
+        change /= after.iterate.objective_size
+        broken = change > before.promised_change
+        kept = 0 if broken else kept + 1
+        total = 0.0 if kept == _TWICE else total + broken * change
+    return total
 
 
 def _are_finer(solved: Sequence[SolvedMesh]) -> bool:

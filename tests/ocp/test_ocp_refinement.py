@@ -30,7 +30,13 @@ from ocp.algorithm import first_mesh
 from ocp.refinement import endings
 from ocp.refinement.endings import stands_still
 from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
-from ocp.refinement.solved_mesh import SolvedMesh, best_of, is_refuted
+from ocp.refinement.solved_mesh import (
+    SolvedMesh,
+    best_of,
+    best_start,
+    is_refuted,
+    unpromised_changes,
+)
 from ocp.scaling.scales import Scales
 from tests.ocp.problems import (
     STRONGEST,
@@ -171,6 +177,7 @@ def mesh_round(
         objective=objective, scales=scales, problem=problem, objective_size=abs(objective)
     )
     errors = SimpleNamespace(
+        phases=(),
         excess=excess,
         dynamics=dynamics,
         gain=gain,
@@ -323,6 +330,25 @@ def test_a_round_that_gains_beyond_a_kink_is_no_answer():
     assert best_of([gains, at], ACCURACY) is at
     # unless there is no other one
     assert best_of([gains], ACCURACY) is gains
+
+
+def test_a_motion_that_leaps_over_a_limit_starts_no_mesh():
+    coarse, near, leaps = (mesh_round(2.0, excess=e) for e in (0.1, 1e-4, 4e-3))
+    assert best_start([coarse]) is coarse
+    assert best_start([coarse, near]) is near
+    assert best_start([coarse, near, leaps]) is near
+    assert best_start([near, mesh_round(2.0, dynamics=0.01)]) is near
+
+
+def test_one_small_change_does_not_settle_an_objective_that_wanders():
+    there, back = mesh_round(2.002, gain=1e-5), mesh_round(2.0, gain=1e-5)
+    both = 0.002 / 2.002 + 0.002 / 2.0
+    assert unpromised_changes([back, there, back]) == pytest.approx(both)
+    assert unpromised_changes([back, there, back, back]) == pytest.approx(both)
+    assert unpromised_changes([back, there, back, back, back]) == 0.0
+    # what is promised counts elsewhere, and what leaps over a limit tells nothing
+    assert unpromised_changes([mesh_round(2.002, gain=1e-3), back]) == 0.0
+    assert unpromised_changes([back, mesh_round(1.9, excess=4e-3), back]) == 0.0
 
 
 COARSE = Accuracy(objective=1e-5, path=1e-5)
