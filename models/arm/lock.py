@@ -9,6 +9,7 @@ leaves, s angles of the joints that lock [rad], Q(z, s) all coordinates, M mass 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -96,12 +97,10 @@ def lock_reduced(
     joints = tuple(joint for joint, locks in ((ROOT, root), (ELBOW, elbow)) if locks)
     mass, momentum = (term.full() for term in _lock_function(model, joints)(q, v))
 
-    locked = ReducedArm(
-        model.parameters,
-        model.variant,
+    locked = replace(
+        model,
         root_lock=float(model.embed(q)[0]) if root else model.root_lock,
         elbow_lock=float(model.elbow_angle(q)) if elbow else model.elbow_lock,
-        ties=model.ties,
     )
     z = q[list(kept_by_lock(model, joints))]
     return locked, z, solve(mass, momentum[:, 0], assume_a="pos")

@@ -14,12 +14,20 @@ bulges (to delta_k and psi_k, see `models.arm.bulges`; none by default); "B22" k
 keeps the bulges: its frequencies below 45 Hz are right to 1 per cent, but it is too stiff for
 collocation. A locked elbow substitutes theta2, a clamped root drops theta1. All expressions are
 CasADi in, CasADi out.
+
+A satellite that is free to turn about the root has the angle theta0 and the inertia H [kg m^2]. All
+angles are measured in its frame, so that those of the joints are what they are on one that is held.
+From rest, arm and satellite keep no angular momentum: H theta0' + a^T M v_abs = 0, with M and b of
+the arm on a root that turns, a the coordinates' rates by theta0 and v_abs = v + a theta0'. That
+gives theta0' without a state of its own, and leaves of the equations of motion, with m = M a,
+
+    (M - m m^T / (H + a^T m)) vdot = force - (b - m (a^T b) / (H + a^T m)).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -37,7 +45,7 @@ from models.arm.moving_frames import (
 )
 from models.arm.parameters import ArmParameters
 from models.arrays import Array
-from models.errors import require
+from models.errors import require, require_positive
 from models.numerics import gauss_legendre
 
 COORDINATES = ("theta1", "delta1", "psi1", "beta1", "theta2", "delta2", "psi2", "beta2")
@@ -66,11 +74,13 @@ class ReducedArm:
         Angle of a locked elbow [rad] (0 straight, pi folded); None leaves it free.
     ties : (3,) of float
         Of B21: beta1 over delta1 [1], beta1 over psi1 [m], beta2 over delta2 [1].
+    satellite_inertia : float or None
+        H of a satellite that is free to turn about the root [kg m^2]; None for one that is held.
 
     Raises
     ------
     ModelError
-        For an unknown variant.
+        For an unknown variant, or a satellite whose inertia is not positive.
     """
 
     parameters: ArmParameters
@@ -78,12 +88,15 @@ class ReducedArm:
     root_lock: float | None = None
     elbow_lock: float | None = None
     ties: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    satellite_inertia: float | None = None
 
     def __post_init__(self) -> None:
         require(
             self.variant in _DROPPED,
             f"ReducedArm: variant is {self.variant!r}; use 'B21', 'B22' or 'B32'.",
         )
+        if self.satellite_inertia is not None:
+            require_positive("ReducedArm", satellite_inertia=self.satellite_inertia)
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -159,7 +172,7 @@ class ReducedArm:
         return _of_link(p, 1)[0] - p[0] - tip_turn(p[COORDINATES.index("psi1")])
 
     def tip(self, q: Any) -> Any:
-        """Position of the tip (2, 1) [m]."""
+        """Position of the tip in the satellite's frame (2, 1) [m]."""
         return self.node_coordinates(q)[12:14]
 
     def elbow(self, q: Any) -> Any:
@@ -180,8 +193,24 @@ class ReducedArm:
         return 0.5 * ca.dot(q, self._stiffness @ q)
 
     def mass_matrix(self, q: Any) -> Any:
-        """J^T M J with J = de/dq, and the hub on theta1; (n, n) [kg m^2, ...]."""
+        """J^T M J with J = de/dq, and the hub on theta1; (n, n) [kg m^2, ...].
+
+        On a free satellite it is what its turn leaves of that, of which the kinetic energy of both
+        is made.
+        """
         return self._inertia(q, ca.DM.zeros(self.size))[0]
+
+    def angular_momentum(self, q: Any, v: Any) -> Any:
+        """Of the arm about the root, which is what it hands to the satellite [N m s]."""
+        row, inertia = self._turning(q)
+        handed, H = ca.dot(row, v), self.satellite_inertia
+        return handed if H is None else handed * H / (H + inertia)
+
+    def satellite_rate(self, q: Any, v: Any) -> Any:
+        """theta0', at which the satellite turns [rad/s]."""
+        if self.satellite_inertia is None:
+            return ca.SX(1, 1)
+        return -self.angular_momentum(q, v) / self.satellite_inertia
 
     def kinetic_energy(self, q: Any, v: Any) -> Any:
         """Kinetic energy [J]."""
@@ -207,6 +236,56 @@ class ReducedArm:
 
     def _inertia(self, q: Any, v: Any) -> tuple[Any, Any]:
         """Mass matrix, and the inertial force where no rate changes, see `mass_and_bias`."""
+        H = self.satellite_inertia
+        if H is None:
+            return self._inertia_if_held(q, v)
+        row, inertia = self._turning(q)
+        rate = self.satellite_rate(q, v)
+
+        whole, on_all = self._on_turning_root(q, v, rate)
+        turned, kept = self._places
+        mass, bias = whole[kept, kept], on_all[kept]
+        by_turn = ca.sum1(on_all[turned]) / (H + inertia)
+        return mass - row @ row.T / (H + inertia), bias - row * by_turn
+
+    def _turning(self, q: Any) -> tuple[Any, Any]:
+        """M a on the coordinates (n, 1), and the arm's moment of inertia a^T M a about the root."""
+        mass, _ = self._on_turning_root(q, ca.DM.zeros(self.size), 0.0)
+        turned, kept = self._places
+        row = ca.sum2(mass[:, turned])
+        return row[kept], ca.sum1(row[turned])
+
+    def _on_turning_root(self, q: Any, v: Any, rate: Any) -> tuple[Any, Any]:
+        """Mass matrix and inertial force of the arm whose root may turn, with all its angles.
+
+        `rate` is that of the satellite [rad/s].
+        """
+        model = self._unlocked
+        x, y = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
+        inertia = ca.Function("turning", [x, y], model._inertia_if_held(x, y))
+        place = dict(zip(self.coordinates, ca.vertsplit(q), strict=True))
+        speed = dict(zip(self.coordinates, ca.vertsplit(v), strict=True))
+        names = model.coordinates
+        found: tuple[Any, Any] = inertia(
+            ca.vertcat(*(place.get(name, self.root_lock or 0.0) for name in names)),
+            ca.vertcat(*(speed.get(name, 0.0) + rate * name.startswith("theta") for name in names)),
+        )
+        return found
+
+    @cached_property
+    def _unlocked(self) -> ReducedArm:
+        """The same arm on a root that turns."""
+        return replace(self, root_lock=None, satellite_inertia=None)
+
+    @property
+    def _places(self) -> tuple[list[int], list[int]]:
+        """Of the angles among the coordinates with a turning root, and of the own ones."""
+        names = self._unlocked.coordinates
+        turned = [i for i, name in enumerate(names) if name.startswith("theta")]
+        return turned, [i for i, name in enumerate(names) if name in self.coordinates]
+
+    def _inertia_if_held(self, q: Any, v: Any) -> tuple[Any, Any]:
+        """The same on a satellite that is held."""
         p = self.embed(q)
         links = [
             FramedLink(

@@ -1,4 +1,4 @@
-"""The ring as a thin hoop on the tip of the straight arm, root clamped and elbow locked.
+"""The ring as a thin hoop on the tip of the straight arm, root and elbow locked.
 
 The arm is B22 of `models.arm.reduced`. The ring is a hoop in the arm's plane, whose moment of
 inertia about its centre is M R^2. Its centre is R from the tip, in a direction that turns with the
@@ -17,13 +17,17 @@ J omega^2 / 2 already. Lagrange's equations by q are those of the arm with
 
 in which R changes with time. The equation of motion by alpha, (38) of DOI
 10.1109/ACCESS.2019.2918614, gets M R' (u . rddot - 2 R thetadot^2) on its left.
+
+The root turns with the satellite, by theta0 [rad]. Where that is held, the equation by theta0 tells
+the moment on the arm at the root. Where it is free, with an inertia H about the root [kg m^2], it
+is an equation of motion whose first integral is that arm, ring and satellite keep no angular
+momentum. So theta0' follows from the other rates, and q is measured in the satellite's frame.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -33,7 +37,7 @@ import numpy as np
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import COORDINATES, ReducedArm, solve_small, tip_turn
 from models.arrays import Array
-from models.errors import require
+from models.errors import require, require_positive
 from models.truss import TrussParameters, inertia, ring_radius, total_mass
 
 _OPEN = math.pi / 2
@@ -53,19 +57,30 @@ class RingOnArm:
     turns : bool
         Whether the ring turns with the tip. If not, its mass acts as a particle at the tip, with
         the reaction of the ring in a fixed direction.
+    satellite_inertia : float or None
+        H of a satellite that is free to turn about the root [kg m^2]; None for one that is held.
 
     Raises
     ------
     ModelError
-        If the ring is heavier than the antenna, or the angle is no number.
+        If the ring is heavier than the antenna, the angle is no number, the inertia is not
+        positive, or the ring does not turn with a tip that the satellite turns.
     """
 
     arm: ArmParameters
     truss: TrussParameters
     reaction_angle: float = math.pi / 2
     turns: bool = True
+    satellite_inertia: float | None = None
 
     def __post_init__(self) -> None:
+        if self.satellite_inertia is not None:
+            require_positive("RingOnArm", satellite_inertia=self.satellite_inertia)
+            require(
+                self.turns,
+                f"the satellite of {self.satellite_inertia:g} kg m^2 is free to turn, but the ring "
+                "does not turn with the tip; let it turn, or leave satellite_inertia out.",
+            )
         require(
             math.isfinite(self.reaction_angle),
             f"RingOnArm: reaction angle is {self.reaction_angle}; give a finite number.",
@@ -85,8 +100,13 @@ class RingOnArm:
     @cached_property
     def carrier(self) -> ReducedArm:
         """The arm without the ring: what is left of the antenna is a particle at its tip."""
-        rest = dataclasses.replace(self.arm, tip_mass=self.arm.tip_mass - self.ring_mass)
-        return ReducedArm(rest, "B22", root_lock=0.0, elbow_lock=0.0)
+        return replace(self._turned, root_lock=0.0)
+
+    @cached_property
+    def _turned(self) -> ReducedArm:
+        """The same on a root that turns by theta0, its first coordinate."""
+        rest = replace(self.arm, tip_mass=self.arm.tip_mass - self.ring_mass)
+        return ReducedArm(rest, "B22", elbow_lock=0.0)
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -100,25 +120,18 @@ class RingOnArm:
         return self.carrier.tip(q)
 
     def turn(self, q: Any) -> Any:
-        """theta, turn of the tip, or of a ring that does not turn [rad]."""
+        """theta, turn of the tip against the satellite, or of a ring that does not turn [rad]."""
+        return self._turn(self.carrier, q)
+
+    def _turn(self, arm: ReducedArm, q: Any) -> Any:
         if not self.turns:
             return ca.SX(1, 1)
-        p = self.carrier.embed(q)
+        p = arm.embed(q)
         return p[COORDINATES.index("theta2")] + tip_turn(p[COORDINATES.index("psi2")])
 
-    def centre(self, q: Any, alpha: Any) -> Any:
-        """c, position of the ring's centre (2, 1) [m]."""
-        return self.tip(q) + ring_radius(self.truss, alpha) * self._direction(q)
-
-    def _direction(self, q: Any) -> Any:
-        """Direction u from the tip to the centre (2, 1)."""
-        angle = self.turn(q) + self.reaction_angle
-        return ca.vertcat(ca.cos(angle), ca.sin(angle))
-
     def kinetic_energy(self, q: Any, v: Any, alpha: Any, omega: Any) -> Any:
-        """Kinetic energy of arm and ring [J]."""
-        known: Any = self._energies(q, v, alpha, omega)[0]
-        return known
+        """Kinetic energy of arm and ring, and of a satellite that is free [J]."""
+        return self._energies(q, v, alpha, omega)[0]
 
     def strain_energy(self, q: Any) -> Any:
         """Bending energy of the arm [J]."""
@@ -126,8 +139,7 @@ class RingOnArm:
 
     def mass_matrix(self, q: Any, alpha: Any) -> Any:
         """Mass matrix of q with the ring held at an angle, (4, 4) [kg, kg m, kg m^2]."""
-        known: Any = self._energies(q, ca.DM.zeros(4), alpha, 0.0)[1]
-        return known
+        return self._energies(q, ca.DM.zeros(4), alpha, 0.0)[1]
 
     def residual_energy(self, q: Any, v: Any) -> Any:
         """Energy that is left in the arm and the ring that is open and stands still [J]."""
@@ -149,8 +161,22 @@ class RingOnArm:
         torque : M R' (u . rddot - 2 R thetadot^2) [N m], by which the ropes have to do more:
             T1 f is that of a ring on a tip that is held, and this.
         """
-        found: tuple[Any, Any] = self._response(q, v, alpha, omega, acc)
-        return found
+        acceleration, torque, _ = self._response(q, v, alpha, omega, acc)
+        return acceleration, torque
+
+    def root_moment(self, q: Any, v: Any, alpha: Any, omega: Any, acc: Any) -> Any:
+        """Of the satellite on the arm about the root, rate of the angular momentum [N m]."""
+        return self._response(q, v, alpha, omega, acc)[2]
+
+    def angular_momentum(self, q: Any, v: Any, alpha: Any, omega: Any) -> Any:
+        """Of arm and ring about the root, which is what they hand to the satellite [N m s]."""
+        return self._energies(q, v, alpha, omega)[2]
+
+    def satellite_rate(self, q: Any, v: Any, alpha: Any, omega: Any) -> Any:
+        """theta0', at which the satellite turns [rad/s]."""
+        if self.satellite_inertia is None:
+            return ca.SX(1, 1)
+        return -self.angular_momentum(q, v, alpha, omega) / self.satellite_inertia
 
     # numbers
 
@@ -166,49 +192,110 @@ class RingOnArm:
     # compiled functions
 
     @cached_property
-    def _energies(self) -> ca.Function:
-        """`(q, v, alpha, omega) -> (kinetic energy, mass matrix)`."""
-        q, v, alpha, omega, _ = self._symbols()
-        c, turn, R = self.centre(q, alpha), self.turn(q), ring_radius(self.truss, alpha)
-        M, slope = self.ring_mass, ca.jacobian(R, alpha)
-        c_q, turn_q = ca.jacobian(c, q), ca.jacobian(turn, q)
+    def _momenta(self) -> ca.Function:
+        """`(x, y, alpha, omega) -> (kinetic energy, mass matrix, momentum by theta0)`, root turned.
 
-        moved, turned = ca.jtimes(c, q, v) + ca.jtimes(c, alpha, omega), turn_q @ v
+        x = (theta0, q) and y its rates; energy and momentum are of arm and ring.
+        """
+        x, y, alpha, omega, _ = self._symbols(5)
+        c, turn, R = self._centre(x, alpha), self._turn(self._turned, x), self._radius(alpha)
+        M, slope = self.ring_mass, ca.jacobian(R, alpha)
+        c_x, turn_x = ca.jacobian(c, x), ca.jacobian(turn, x)
+
+        moved, turned = c_x @ y + ca.jacobian(c, alpha) * omega, turn_x @ y
         of_the_hoop = M * (ca.sumsqr(moved) + (R * turned) ** 2) / 2
         opening = (inertia(self.truss, alpha) - M * slope**2) * omega**2 / 2
-        kinetic = self.carrier.kinetic_energy(q, v) + of_the_hoop + opening
-        mass = self.carrier.mass_matrix(q) + M * (c_q.T @ c_q + R**2 * turn_q.T @ turn_q)
-        return ca.Function("energies", [q, v, alpha, omega], [kinetic, mass])
+        kinetic = self._turned.kinetic_energy(x, y) + of_the_hoop + opening
+        mass = self._turned.mass_matrix(x) + M * (c_x.T @ c_x + R**2 * turn_x.T @ turn_x)
+        outputs = [kinetic, mass, ca.jacobian(kinetic, y)[0]]
+        return ca.Function("momenta", [x, y, alpha, omega], outputs)
+
+    def _rate(self, q: Any, v: Any, alpha: Any, omega: Any) -> Any:
+        """theta0' from no angular momentum of arm, ring and satellite."""
+        if self.satellite_inertia is None:
+            return ca.SX(1, 1)
+        _, mass, handed = self._momenta(ca.vertcat(0, q), ca.vertcat(0, v), alpha, omega)
+        return -handed / (self.satellite_inertia + mass[0, 0])
+
+    @cached_property
+    def _energies(self) -> ca.Function:
+        """`(q, v, alpha, omega) -> (kinetic energy, mass matrix, momentum handed on)`."""
+        q, v, alpha, omega, _ = self._symbols(4)
+        rate, H = self._rate(q, v, alpha, omega), self.satellite_inertia
+        state = ca.vertcat(0, q), ca.vertcat(rate, v), alpha, omega
+        kinetic, mass, handed = self._momenta(*state)
+        own = mass[1:, 1:]
+        if H is not None:
+            kinetic += H * rate**2 / 2
+            own -= mass[1:, 0] @ mass[0, 1:] / (H + mass[0, 0])
+        return ca.Function("energies", [q, v, alpha, omega], [kinetic, own, handed])
 
     @cached_property
     def _response(self) -> ca.Function:
-        """`(q, v, alpha, omega, acc) -> (acceleration of q, torque)`."""
-        q, v, alpha, omega, acc = self._symbols()
-        c, turn, R = self.centre(q, alpha), self.turn(q), ring_radius(self.truss, alpha)
+        """`(q, v, alpha, omega, acc) -> (acceleration of q, torque, moment at the root)`."""
+        q, v, alpha, omega, acc = self._symbols(4)
+        H = self.satellite_inertia
+        state = ca.vertcat(0, q), ca.vertcat(self._rate(q, v, alpha, omega), v), alpha, omega, acc
+        mass, force, by_x, at_rest = self._balance(*state)
+
+        # the root's row: theta0'' from what the others have, or none
+        row, own, on_q = mass[0, 1:], mass[1:, 1:], force[1:]
+        if H is not None:
+            whole = H + mass[0, 0]
+            own, on_q = own - row.T @ row / whole, on_q - row.T * force[0] / whole
+        acceleration = ca.vertcat(*solve_small(own, on_q))
+        needed = row @ acceleration - force[0]  # to keep the root from turning
+        spin = ca.SX(1, 1) if H is None else -needed / whole
+        moment = needed + mass[0, 0] * spin
+
+        torque = by_x @ ca.vertcat(spin, acceleration) + at_rest
+        inputs = [q, v, alpha, omega, acc]
+        outputs = [acceleration, torque, moment]
+        return ca.Function("ring_on_arm", inputs, outputs, {"cse": True})
+
+    @cached_property
+    def _balance(self) -> ca.Function:
+        """`(x, y, alpha, omega, acc)` to the equations of motion on a root that turns.
+
+        Outputs are mass matrix and force of x, and of the ropes' torque what it has for each
+        acceleration of x (1, 5), and where there is none.
+        """
+        x, y, alpha, omega, acc = self._symbols(5)
+        c, turn, R = self._centre(x, alpha), self._turn(self._turned, x), self._radius(alpha)
         M, R_dot = self.ring_mass, ca.jacobian(R, alpha) * omega
-        c_q, turn_q = ca.jacobian(c, q), ca.jacobian(turn, q)
+        c_x, turn_x = ca.jacobian(c, x), ca.jacobian(turn, x)
 
         def rate(expression: Any) -> Any:
-            """Its time derivative where no rate of q changes."""
+            """Its time derivative where no rate of x changes."""
             by_ring = ca.jtimes(expression, alpha, omega) + ca.jtimes(expression, omega, acc)
-            return ca.jtimes(expression, q, v) + by_ring
+            return ca.jtimes(expression, x, y) + by_ring
 
-        # accelerations are by_q vdot + at_rest
-        turned = turn_q @ v
+        # accelerations are by_x ydot + at_rest
+        turned = turn_x @ y
         c_at_rest, turn_at_rest = rate(rate(c)), rate(turned)
-        mass, force = self.carrier.mass_and_force(q, v, ca.DM.zeros(2))
-        mass += M * (c_q.T @ c_q + R**2 * turn_q.T @ turn_q)
-        force -= M * c_q.T @ c_at_rest
-        force -= M * turn_q.T @ (R**2 * turn_at_rest + 2 * R * R_dot * turned)
-        acceleration = ca.vertcat(*solve_small(mass, force))
+        mass, force = self._turned.mass_and_force(x, y, ca.DM.zeros(2))
+        mass += M * (c_x.T @ c_x + R**2 * turn_x.T @ turn_x)
+        force -= M * c_x.T @ c_at_rest
+        force -= M * turn_x.T @ (R**2 * turn_at_rest + 2 * R * R_dot * turned)
 
-        tip = self.tip(q)
-        tip_acceleration = ca.jacobian(tip, q) @ acceleration + rate(ca.jtimes(tip, q, v))
-        felt = ca.dot(self._direction(q), tip_acceleration) - 2 * R * turned**2
-        torque = M * ca.jacobian(R, alpha) * felt
-        inputs = [q, v, alpha, omega, acc]
-        return ca.Function("ring_on_arm", inputs, [acceleration, torque], {"cse": True})
+        tip, u = self._turned.tip(x), self._direction(x)
+        pull = M * ca.jacobian(R, alpha)
+        by_x = pull * u.T @ ca.jacobian(tip, x)
+        at_rest = pull * (ca.dot(u, rate(ca.jtimes(tip, x, y))) - 2 * R * turned**2)
+        return ca.Function("balance", [x, y, alpha, omega, acc], [mass, force, by_x, at_rest])
 
-    def _symbols(self) -> tuple[Any, ...]:
-        q, v = ca.SX.sym("q", 4), ca.SX.sym("v", 4)
+    def _radius(self, alpha: Any) -> Any:
+        return ring_radius(self.truss, alpha)
+
+    def _centre(self, x: Any, alpha: Any) -> Any:
+        """c, position of the ring's centre (2, 1) [m]."""
+        return self._turned.tip(x) + self._radius(alpha) * self._direction(x)
+
+    def _direction(self, x: Any) -> Any:
+        """Direction u from the tip to the centre (2, 1)."""
+        angle = self._turn(self._turned, x) + self.reaction_angle
+        return ca.vertcat(ca.cos(angle), ca.sin(angle))
+
+    def _symbols(self, size: int) -> tuple[Any, ...]:
+        q, v = ca.SX.sym("q", size), ca.SX.sym("v", size)
         return q, v, *(ca.SX.sym(name) for name in ("alpha", "omega", "acc"))

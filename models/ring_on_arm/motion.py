@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -21,6 +22,9 @@ from models.arrays import Array, elementwise
 from models.laws import Law
 from models.ring_on_arm.equations import RingOnArm
 from models.truss import kinetic_energy
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
 
 TOLERANCE = 1e-11  # of a step, for entries of the state of at most 1: 1e-9 of what a motion has
 # Samples in a step that is stable for the fastest mode. The quintic between two of them is good to
@@ -75,7 +79,10 @@ class ArmMotion:
         return self._along(time)[1].ravel()
 
     def tip(self, time: ArrayLike) -> Array:
-        """Displacement of the tip along the straight arm and across it, (2, k) [m]."""
+        """Displacement of the tip along the straight arm and across it, (2, k) [m].
+
+        Seen from the satellite.
+        """
         moved = self._along(time)[2].T
         return moved - np.array([[self.model.arm.big.length + self.model.arm.small.length], [0.0]])
 
@@ -86,6 +93,33 @@ class ArmMotion:
     def damped(self, time: ArrayLike) -> Array:
         """Power that the arm's damping takes, (k,) [W]."""
         return self._along(time)[4].ravel()
+
+    def root_moment(self, time: ArrayLike) -> Array:
+        """Of the satellite on the arm about the root, (k,) [N m]."""
+        return self._along(time)[5].ravel()
+
+    def angular_momentum(self, time: ArrayLike) -> Array:
+        """Handed to the satellite, (k,) [N m s]."""
+        return self._along(time)[6].ravel()
+
+    def satellite_turn(self, time: ArrayLike) -> Array:
+        """Angle of a satellite that is free, (k,) [rad]; zero of one that is held."""
+        instants = np.atleast_1d(np.asarray(time, dtype=float))
+        H = self.model.satellite_inertia
+        return np.zeros(instants.size) if H is None else -self._handed(instants) / H
+
+    @cached_property
+    def _handed(self) -> CubicHermiteSpline:
+        """Integral of the angular momentum over the time [N m s^2]."""
+        from scipy.interpolate import CubicHermiteSpline
+
+        # Gauss's rule of three points, exact for the quintic between two samples
+        h = np.diff(self.time)
+        nodes, weights = np.polynomial.legendre.leggauss(3)
+        inside = (self.time[:-1, None] + h[:, None] * (1 + nodes) / 2).ravel()
+        each = self.angular_momentum(inside).reshape(-1, 3) @ weights * h / 2
+        rates = self.angular_momentum(self.time)
+        return CubicHermiteSpline(self.time, np.append(0.0, np.cumsum(each)), rates)
 
     @property
     def residual_energy(self) -> float:
@@ -107,7 +141,10 @@ class ArmMotion:
         return self._values(time, *self.at(time))
 
     def _values(self, time: ArrayLike, q: Array, v: Array) -> list[Array]:
-        """Accelerations (k, 4), torque (k, 1), tip (k, 2), energy and damped power (k, 1)."""
+        """Accelerations (k, 4), torque (k, 1), tip (k, 2), and four more of (k, 1).
+
+        These are energy, damped power, moment at the root, and angular momentum handed on.
+        """
         motion = self.law.motion(time)
         ring = (motion.angle, motion.speed, motion.acceleration)
         return elementwise(_kernel(self.model), *q, *v, *ring)
@@ -161,6 +198,8 @@ def _kernel(model: RingOnArm) -> ca.Function:
     kinetic = model.kinetic_energy(q, v, ring[0], ring[1])
     energy = kinetic - kinetic_energy(model.truss, ring[0], ring[1]) + model.strain_energy(q)
     damped = 2 * model.arm.relaxation_time * model.strain_energy(v)  # v^T C v
-    rows = [*model.response(q, v, ring[0], ring[1], ring[2]), model.tip(q), energy, damped]
+    state = q, v, ring[0], ring[1], ring[2]
+    loads = model.root_moment(*state), model.angular_momentum(*state[:4])
+    rows = [*model.response(*state), model.tip(q), energy, damped, *loads]
     inputs = [*ca.vertsplit(y), *ca.vertsplit(ring)]
     return ca.Function("arm", inputs, [ca.densify(row) for row in rows], {"cse": True})
