@@ -17,9 +17,10 @@ from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints, sampled, switch_point_times, uniform_times
 from studies.drive.stopping import resume_course, stop_course
 from studies.drive.stretch import stretched
-from studies.export.formats import TABLES, Spacing, tabulated
+from studies.export.formats import Spacing, tabulated
 from studies.export.round_trip import Breach, RoundTrip, round_trip
 from studies.export.source import Source
+from studies.export.templates import TableTemplate
 
 PLANS = 8  # of a stop, which take a moment each
 ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
@@ -34,10 +35,12 @@ class Asked:
     ----------
     source : the motion.
     options : the flags.
+    form : the table that they ask for; None of columns and curves.
     """
 
     source: Source
     options: argparse.Namespace
+    form: TableTemplate | None
 
     @property
     def partial(self) -> bool:
@@ -54,12 +57,18 @@ class Asked:
 
     def kind(self, drive: Drive) -> str:
         """The interpolation between the points of a table."""
-        return TABLES[self.options.to].interpolation or drive.interpolation
+        return self._fixed_kind or drive.interpolation
+
+    @property
+    def _fixed_kind(self) -> str | None:
+        """The interpolation that the table's device does whatever the drive states."""
+        return None if self.form is None else self.form.layout.interpolation
 
     def changed(self, flags: Mapping[str, str]) -> Asked:
         """The same with other flags; of a step and a number of points the new one holds."""
         spaced = {"step": None, "points": None} if {"step", "points"} & set(flags) else {}
-        return Asked(self.source, argparse.Namespace(**{**vars(self.options), **spaced, **flags}))
+        options = argparse.Namespace(**{**vars(self.options), **spaced, **flags})
+        return dataclasses.replace(self, options=options)
 
     def positive(self, flag: str) -> float | None:
         """The number of a flag, which has to be positive; None if it is not stated."""
@@ -90,8 +99,8 @@ class Asked:
 
     def points(self, course: Course, drive: Drive) -> SetPoints:
         """The points of a table, or of columns that a drive has to follow."""
-        if self.options.to in TABLES:
-            return tabulated(course, self.options.to, drive, self.spacing)
+        if self.form is not None:
+            return tabulated(course, self.form, drive, self.spacing)
         return sampled(course, self.row_times(course, drive), drive.count(course.unit))
 
     def row_times(self, course: Course, drive: Drive) -> Array:
@@ -104,21 +113,15 @@ class Asked:
 
     def played(self, points: SetPoints, course: Course, drive: Drive) -> RoundTrip:
         """What a drive makes of points of a course."""
-        form = TABLES.get(self.options.to)
-        kind = None if form is None else form.interpolation
-        source = self.source
+        source, kind = self.source, self._fixed_kind
         return round_trip(course, points, drive, kind, source.truss, source.result, self.partial)
 
     def written(
-        self, points: SetPoints, course: Course, drive: Drive, about: Mapping[str, str]
+        self, points: SetPoints, drive: Drive, about: Mapping[str, str]
     ) -> tuple[str, SetPoints]:
         """The text of a table, and its points as the drive reads them, their digits included."""
-        form = TABLES[self.options.to]
-        content = form.write(points, about, drive.ropes)
-        again = form.read(content, drive.count(course.unit) if form.counts else None)
-        if form.relative:  # the axis stands where the table begins
-            again = dataclasses.replace(again, positions=again.positions + points.positions[0])
-        return content, again
+        assert self.form is not None  # of columns and curves nobody asks
+        return self.form.write(points, about, drive.ropes)
 
     def tried(self, drive: Drive, *, digits: bool = True) -> RoundTrip:
         """The record of what is asked for; of a stop, planned so that its table keeps limits.
@@ -128,7 +131,7 @@ class Asked:
         digits : whether points count as they are written.
         """
         record = self._record(self.course(drive), drive, digits)
-        if not self.partial or self.options.to not in TABLES:
+        if not self.partial or self.form is None:
             return record
         return self.planned_inside(drive, record, digits=digits)[1]
 
@@ -161,8 +164,8 @@ class Asked:
 
     def _record(self, course: Course, drive: Drive, digits: bool) -> RoundTrip:
         points = self.points(course, drive)
-        if digits and self.options.to in TABLES:
-            _, points = self.written(points, course, drive, {"unit": course.unit})
+        if digits and self.form is not None:
+            _, points = self.written(points, drive, {"unit": course.unit})
         return self.played(points, course, drive)
 
     def _time(self, flag: str) -> float:

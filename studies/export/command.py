@@ -21,14 +21,13 @@ if TYPE_CHECKING:
     from studies.export.polynomials import Segments
     from studies.export.round_trip import RoundTrip
     from studies.export.source import Source
+    from studies.export.templates import TableTemplate
 
-# the names stand here too, so that --help loads no numbers; a test holds them against `formats`
-FORMATS = (
-    *("csv", "json", "mat", "parquet"),
-    *("pvt", "newport-xps", "galil"),
-    *("codesys-x", "codesys-xy", "codesys-xyva", "beckhoff", "sew", "sew-spline", "ethercat"),
-    *("segments", "c99"),
-)
+COLUMNS = ("csv", "json", "mat", "parquet")  # the whole profile
+# tables for a drive, one a template; what begins with "_" is a part of several
+TABLES = tuple(sorted(path.stem for path in (Path(__file__).parent / "templates").glob("[!_]*.j2")))
+CURVES = ("segments", "c99")  # polynomials, without points
+FORMATS = (*COLUMNS, *TABLES, *CURVES)
 ROUNDS = 5  # of optimising again inside lower limits
 MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
 RECORD = ".record.json"  # behind the name of the file that it belongs to
@@ -38,8 +37,10 @@ MANY = 50_000  # points, of which about so many a second are written and played
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of the sub-command."""
     parser.add_argument("results", type=Path, metavar="RESULTS", help="a results folder")
-    parser.add_argument(
-        "--to", required=True, metavar="FORMAT", choices=FORMATS, help=", ".join(FORMATS)
+    form = parser.add_mutually_exclusive_group(required=True)
+    form.add_argument("--to", metavar="FORMAT", choices=FORMATS, help=", ".join(FORMATS))
+    form.add_argument(
+        "--template", type=Path, metavar="FILE", help="a table of your own, as a text of Jinja2"
     )
     parser.add_argument(
         "--output",
@@ -125,15 +126,15 @@ def _export(options: argparse.Namespace, console: Console) -> ExitCode:
         return _hand_over(_columns_of(result, None, options), None, options, console)
 
     drive, stated = _drive(result, options)
-    asked = Asked(source_of(result), options)
+    asked = Asked(source_of(result), options, _form(options))
     content: str | bytes
     record: RoundTrip | None
-    if options.to in ("segments", "c99"):
-        content, record = _curve(asked, drive, stated, console)
-    elif options.to in ("csv", "json", "mat", "parquet"):
-        content, record = _columns(asked, drive, stated, console)
-    else:
+    if asked.form is not None:
         asked, content, record = _table(asked, drive, console)
+    elif options.to in CURVES:
+        content, record = _curve(asked, drive, stated, console)
+    else:
+        content, record = _columns(asked, drive, stated, console)
     if record is not None and (exceeded := certain(record.beyond)):
         # a motion keeps its caps, and what was made of it here need not: that comes first
         advice = _advice(asked, drive, record, console, stated=stated)
@@ -150,18 +151,28 @@ def _refuse_contradictions(options: argparse.Namespace) -> None:
     if options.stop_at is not None or options.resume_at is not None:
         if options.within_limits:
             raise StudyError("--within-limits is for a whole motion; stop or resume without it")
-        if options.to in ("json", "mat", "parquet", "csv"):
+        if options.to in COLUMNS:
             raise StudyError(
                 "a stop is a motion of the rope or joint alone; export it as pvt or another table"
             )
-    if options.within_limits and options.to in ("csv", "json", "mat", "parquet", "segments", "c99"):
+    if options.within_limits and options.to in (*COLUMNS, *CURVES):
         raise StudyError("--within-limits needs a table of a drive, such as --to pvt")
 
 
 def _as_stored(options: argparse.Namespace) -> bool:
     """Whether the stored rows are asked for, as they are."""
-    plain = options.to in ("csv", "json", "mat", "parquet")
+    plain = options.to in COLUMNS
     return plain and options.step is None and options.points is None and options.drive is None
+
+
+def _form(options: argparse.Namespace) -> TableTemplate | None:
+    """The table that is asked for; None of columns and curves."""
+    from studies.export.formats import TABLES as TEMPLATES
+    from studies.export.templates import template_of
+
+    if options.template is not None:
+        return template_of(options.template)
+    return TEMPLATES.get(options.to)
 
 
 def _drive(result: Result, options: argparse.Namespace) -> tuple[Drive, bool]:
@@ -218,7 +229,6 @@ def _optimised_again(
     asked: Asked, course: Course, drive: Drive, record: RoundTrip, console: Console
 ) -> tuple[Asked, str, RoundTrip]:
     """The table of another motion, which leaves room in the limits for what a table adds."""
-    from studies.export.asked import Asked
     from studies.export.source import with_law
     from studies.export.within_limits import law_within, lowered, nearer
 
@@ -228,7 +238,7 @@ def _optimised_again(
         console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
         tension += MORE_TENSION * record.push
         law = law_within(asked.source.result, drive, limits, tension)
-        asked = Asked(with_law(asked.source, law), asked.options)
+        asked = dataclasses.replace(asked, source=with_law(asked.source, law))
 
         course = asked.course(drive)
         content, record = _written(asked, course, drive, console)
@@ -262,7 +272,7 @@ def _advice(
         return ""  # what these numbers add is not played with other values
     console.progress("playing other tables, to find one that keeps limits and caps")
     # what samples a curve is known if a drive is stated
-    sampled = stated or asked.options.to not in ("segments", "c99")
+    sampled = stated or asked.options.to not in CURVES
     return advice_on(asked, drive, record, console.live, sampled=sampled)
 
 
@@ -271,10 +281,10 @@ def _written(asked: Asked, course: Course, drive: Drive, console: Console) -> tu
 
     about, points = _about(asked.source, course, asked.options), asked.points(course, drive)
     _told(console, "writing, reading back and playing", len(points.times))
-    content, again = asked.written(points, course, drive, about)
+    content, again = asked.written(points, drive, about)
     record = asked.played(again, course, drive)
     if beyond := beyond_in_words(record.beyond):
-        content, _ = asked.written(points, course, drive, beyond | about)
+        content, _ = asked.written(points, drive, beyond | about)
     return content, record
 
 

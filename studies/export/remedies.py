@@ -20,7 +20,7 @@ from studies.drive.course import Course
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
 from studies.export.asked import Asked
-from studies.export.formats import CURVES, NEEDED, TABLES
+from studies.export.command import CURVES
 from studies.export.round_trip import Breach, RoundTrip, itself
 from studies.truss.limits.caps import CAPPED
 
@@ -250,10 +250,10 @@ def _spacings(asked: Asked, course: Course, points: SetPoints, *, fewer: bool) -
     points : of the table as it is.
     fewer : whether more points would only make it worse.
     """
-    form, size = TABLES.get(asked.options.to), points.times.size
+    size = points.times.size
     curve = asked.options.to in CURVES  # the drive samples it with its period
     found = _steps(course, points)
-    if not curve and not (form is not None and form.even):
+    if not curve and not (asked.form is not None and asked.form.layout.even):
         found += _numbers(course, points)
     if fewer:
         found = [one for one in found if one[1] < size]
@@ -267,11 +267,11 @@ def _interpolations(
     asked: Asked, drive: Drive, spacings: Sequence[OtherTable]
 ) -> Iterator[OtherTable]:
     """Smoother interpolations in place of holds or straight lines, if format and drive choose."""
-    form = TABLES.get(asked.options.to)
-    if drive.interpolation in SMOOTH or (form is not None and form.interpolation is not None):
+    layout = None if asked.form is None else asked.form.layout
+    if drive.interpolation in SMOOTH or (layout is not None and layout.interpolation is not None):
         return
     for kind in SMOOTH:
-        if form is None or NEEDED.get(kind, 1) <= form.holds:
+        if layout is None or not layout.lacks(kind):
             yield from OtherTable(keys={"interpolation": kind}).along(spacings)
 
 

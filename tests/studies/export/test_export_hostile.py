@@ -12,7 +12,7 @@ import pytest
 from studies.common.columns import flat
 from studies.common.headers import cell, comments, one_line
 from studies.common.result import Result, Verdict
-from studies.export.formats import FORMATS
+from studies.export.command import FORMATS
 from tests.studies.export.command_line import export
 
 Write = Callable[[str], Path]

@@ -39,10 +39,11 @@ def test_an_arm_found_for_torques_has_a_predicted_angle(drive: str, predicted: b
 
     # 16 bits of the joint's own turn: it gets there to half a count
     joint = Drive(counts=65536, period=0.05, bandwidth=20.0)
-    form, points = TABLES["pvt"], tabulated(course, "pvt", joint, Spacing())
-    text = form.write(points, {"unit": "rad", "note": course.note}, 1)
+    form = TABLES["pvt"]
+    points = tabulated(course, form, joint, Spacing())
+    text, again = form.write(points, {"unit": "rad", "note": course.note}, 1)
     assert ("predicted angle" in text) is predicted
-    record = round_trip(course, form.read(text, points.count), joint, form.interpolation)
+    record = round_trip(course, again, joint, form.layout.interpolation)
     assert abs(record.values["miss of the last position [rad]"]) <= np.pi / 65536
     most = record.playback.most
     assert most is not None
