@@ -1,8 +1,8 @@
 """Tables of drives as templates: texts of Jinja2 in which the numbers of a motion are put.
 
-A template begins with a comment that states its `TableLayout` in TOML. Each number of a point is printed
-between two marks that say which one it is. So a table is read back from its own digits, whatever
-stands around them and whatever unit they are in, and what is played is what is written.
+A template begins with a comment that states its `TableLayout` in TOML. Each number of a point is
+printed between two marks that say which one it is. So a table is read back from its own digits,
+whatever stands around them and whatever unit they are in, and what is played is what is written.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def _number(value: float, kinds: dict[Kind, int], kind: int, row: int) -> Number
 
 
 @dataclass(frozen=True)
-class Rows:
+class PointRows:
     """The points of a table as a template sees them; a row is made when it is asked for.
 
     Attributes
@@ -121,7 +121,7 @@ class Rows:
 
     def __getitem__(self, place: int | slice) -> Any:
         if isinstance(place, slice):
-            return Rows(self.columns, self.kinds, self.places[place])
+            return PointRows(self.columns, self.kinds, self.places[place])
         k = self.places[place]
         return {
             name: _number(values[k], self.kinds, kind, k)
@@ -172,7 +172,7 @@ class TableTemplate:
         columns = {name: values.tolist() for name, values in _columns(points, self.layout).items()}
         # as they are, the columns are the first kinds of numbers
         kinds: dict[Kind, int] = {(name, 1.0, 0.0): k for k, name in enumerate(columns)}
-        rows = Rows(columns, kinds, range(points.times.size))
+        rows = PointRows(columns, kinds, range(points.times.size))
         even = points.longest - points.shortest < 1e-9 * points.longest
         text = self._rendered(
             points=rows,
