@@ -232,23 +232,17 @@ def _solve(
     console: Console,
 ) -> bool:
     """Solve what the folder lacks; return whether the user stopped it."""
-    from studies.sweep.cases.leases import Leases
+    from studies.sweep.cases.lock import alone
     from studies.sweep.cases.store import remove_drafts
     from studies.sweep.driver import Driver
 
-    leases = Leases(store.folder)
-    leases.enter(console.progress)
     try:
-        left = leases.abandoned()
-        if left:
-            console.progress(f"{len(left)} cases were in flight when an earlier run was killed")
-        list(remove_drafts(store.place))
-        console.progress(f"{len(planned.cases)} cases on {place}, into {store.folder}")
-        Driver(planned, store, leases, place, seconds, console).run()
+        with alone(store.folder):
+            list(remove_drafts(store.place))
+            console.progress(f"{len(planned.cases)} cases on {place}, into {store.folder}")
+            Driver(planned, store, place, seconds, console).run()
     except KeyboardInterrupt:
         return True
-    finally:
-        leases.leave()
     return False
 
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from studies.common.console import Console
-from studies.sweep.cases.leases import HEARTBEAT, Leases
 from studies.sweep.cases.plan import Case, Plan
 from studies.sweep.cases.store import CaseStore, DamagedCase
 
+PATIENCE = 0.5  # [s] between two looks at where the sweep stands
 Task = Mapping[str, Any]
 Outcome = dict[str, Any]
 
@@ -39,7 +39,7 @@ class Driver:
 
     Attributes
     ----------
-    plan, store, leases : of the sweep and its folder.
+    plan, store : of the sweep and its folder, whose lock the caller holds.
     place : where cases are solved.
     seconds : after which a case is ended; None for no limit.
     console : where progress goes.
@@ -47,7 +47,6 @@ class Driver:
 
     plan: Plan
     store: CaseStore
-    leases: Leases
     place: Place
     seconds: float | None
     console: Console
@@ -144,7 +143,6 @@ class Driver:
             self._submit(self._alone.popleft())
 
     def _submit(self, case: Case) -> None:
-        self.leases.take(case.key)
         self._flying[case.key] = case
         motion = None if case.parent is None else self.store.motion(case.parent)
         task = {
@@ -161,12 +159,11 @@ class Driver:
         self._ended.put((key, future))
 
     def _collect(self) -> None:
-        """Keep what has come back, waiting for the first a heartbeat long."""
-        self.leases.beat()
+        """Keep what has come back, waiting a moment for the first."""
         if not self._flying:
             return
         try:
-            key, future = self._ended.get(timeout=HEARTBEAT / 4)
+            key, future = self._ended.get(timeout=PATIENCE)
         except queue.Empty:
             self._say()
             return
@@ -181,7 +178,6 @@ class Driver:
             )
         else:
             self._keep(case, outcome)
-        self.leases.give_back(key)
         self._say()
 
     def _keep(self, case: Case, outcome: Outcome) -> None:

@@ -1,7 +1,8 @@
 """Where the cases of a sweep lie, what they are called, and what is refused."""
 
 import json
-import socket
+import subprocess
+import sys
 import time
 from concurrent.futures import Future
 from pathlib import Path
@@ -14,8 +15,7 @@ from studies.cli import main
 from studies.common.configuration import read_toml, toml_text
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.sweep.cases import leases
-from studies.sweep.cases.leases import BEATS, HEARTBEAT, Lease, Leases
+from studies.sweep.cases.lock import alone
 from studies.sweep.cases.plan import plan
 from studies.sweep.cases.samples import design
 from studies.sweep.cases.store import CaseStore
@@ -174,41 +174,28 @@ def test_a_folder_of_somebody_else_is_left_alone(
     assert (out / "input.toml").read_text("utf-8") == "mine"
 
 
-def test_a_lease_is_left_only_when_its_heart_stands_still_and_its_process_is_gone(
-    tmp_path: Path,
-) -> None:
-    late = BEATS * HEARTBEAT + 1.0
-    mine = Leases(tmp_path)
-    mine.enter(print)
-    held = mine.read("run")
-    assert held is not None
-    assert not Lease(held.host, held.process, held.born, late).left  # stopped, but there
-    assert not Lease(held.host, 1 << 30, "5", 1.0).left  # gone, but heard of just now
-    assert Lease(held.host, 1 << 30, "5", late).left
-    assert Lease(held.host, held.process, "another start", late).left  # the number is another's
-    assert not Lease("elsewhere", 1, "5", 1.0).left
-    assert Lease("elsewhere", 1, "5", late).left
-    mine.leave()
-
-
-def test_the_lease_of_a_killed_run_is_taken_over_when_it_has_run_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(leases, "HEARTBEAT", 0.4)
-    mine = Leases(tmp_path)
-    mine.enter(print)
-    mine.leave()
-    content = {"host": socket.gethostname(), "process": 1 << 30, "born": "5"}
-    for name in ("run", "a-case"):
-        (tmp_path / "leases" / f"{name}.lease").write_text(json.dumps(content), "utf-8")
-    said: list[str] = []
-    begin = time.monotonic()
-    mine.enter(said.append)
-    assert time.monotonic() - begin > 1.0  # three beats of 0.4 s, but for the clock of the files
-    assert said == [f"process {1 << 30} on {content['host']} is gone; its lease runs out in 1 s"]
-    assert mine.abandoned() == ["a-case"]
-    mine.leave()
-    assert not list((tmp_path / "leases").iterdir())
+def test_the_lock_of_a_folder_ends_with_its_process(tmp_path: Path) -> None:
+    holds = (
+        "import os, signal, subprocess, sys; from pathlib import Path\n"
+        "from studies.sweep.cases.lock import alone\n"
+        "with alone(Path(sys.argv[1])):\n"
+        # the processes that it starts live on for a while
+        "    subprocess.Popen(['sleep', '20'], stdout=subprocess.DEVNULL)\n"
+        "    print('held', flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGSTOP)\n"
+    )
+    command = [sys.executable, "-c", holds, str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == "held\n"
+        # one that is stopped holds it still
+        words = rf"another run works in .*\(process {holder.pid} on .*\); wait for it"
+        with pytest.raises(StudyError, match=words), alone(tmp_path):
+            pass
+        holder.kill()
+        holder.wait()
+        with alone(tmp_path):
+            pass
 
 
 def test_a_grid_of_millions_is_refused_at_once() -> None:
@@ -220,23 +207,6 @@ def test_a_grid_of_millions_is_refused_at_once() -> None:
     with pytest.raises(StudyError, match="the grid has 2000000 cases, more than 1000000"):
         plan(sweep(axes))
     assert time.process_time() - begin < 10.0  # one pass over a million values
-
-
-def test_a_lease_that_no_disk_takes_leaves_nothing_to_wait_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*arguments: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    mine = Leases(tmp_path)
-    with monkeypatch.context() as patch:
-        patch.setattr(leases.json, "dumps", full)  # when the file is there, and empty
-        with pytest.raises(StudyError, match="No space left on device"):
-            mine.enter(print)
-    said: list[str] = []
-    mine.enter(said.append)
-    assert not said
-    mine.leave()
 
 
 class Answering:
@@ -270,10 +240,8 @@ def test_a_damaged_motion_is_computed_again_where_a_case_would_start_from_it(
     store.open()
 
     def solved() -> list[tuple[float, float, Any]]:
-        place, mine = Answering(), Leases(tmp_path)
-        mine.enter(print)
-        Driver(planned, store, mine, place, None, said).run()
-        mine.leave()
+        place = Answering()
+        Driver(planned, store, place, None, said).run()
         return place.asked
 
     assert [case[:2] for case in solved()] == [(100, 0.0), (100, 0.01), (120, 0.0), (120, 0.01)]
