@@ -28,7 +28,6 @@ HEAD = 65536  # bytes from which a layout is told
 _LINES = re.compile(r"\r\n|\n|\r")
 _COMMENT = re.compile(r"\s*(?:#(?!N/A|[A-Z0-9/]+[!?])|%|//)")  # errors of spreadsheets are none
 _WIDE_BLANKS = re.compile(r"\t|\s{2,}")
-_FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[-+]?\d)")  # the D of 1.0D-03
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ def _layout(path: Path) -> TextLayout:
         refuse(
             path,
             "holds no rows of numbers that are alike; give a first row like 'time [s],angle [rad]' "
-            "and one number a cell",
+            "and one number a cell, such as 1.5e-3",
         )
     _, layout = max(found, key=lambda item: item[0])
     if layout.table.unreadable:
@@ -232,7 +231,7 @@ def _number_in(path: Path, cell: str, where: str) -> float:
 
 
 def _rows(path: Path, file: io.TextIOWrapper, layout: TextLayout) -> Iterator[str]:
-    """Lines of numbers with decimal points, and exponents behind an e."""
+    """Lines of numbers with decimal points."""
     for _ in range(layout.table.first):
         next(file)
     comma, separator = layout.decimal == ",", layout.separator
@@ -251,6 +250,4 @@ def _rows(path: Path, file: io.TextIOWrapper, layout: TextLayout) -> Iterator[st
                 f"is ragged: row {row} below the header has more cells than the first one; give as "
                 "many cells in each row as in the header",
             )
-        if "D" in line or "d" in line:
-            line = _FORTRAN.sub("e", line)
         yield line.replace(",", ".") if comma else line

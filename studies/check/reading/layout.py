@@ -18,8 +18,8 @@ RUN = 5  # rows of numbers, one after the other, with which a table begins
 SHORT = 8  # characters of a unit that nobody knows
 
 _NUMBER = {
-    ".": re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|nan|[-+]?inf", re.IGNORECASE),
-    ",": re.compile(r"[-+]?(\d+,?\d*|,\d+)([eEdD][-+]?\d+)?"),
+    ".": re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|nan|[-+]?inf", re.IGNORECASE),
+    ",": re.compile(r"[-+]?(\d+,?\d*|,\d+)([eE][-+]?\d+)?"),
 }
 _CLOCK = re.compile(r"(?:[\d./-]+[T ])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)Z?")
 _LABEL = re.compile(r"(?!(?:n/?a|null|none)$)[^\W\d_]", re.IGNORECASE)
