@@ -13,6 +13,11 @@ OUTSTANDING = 10.0  # ratio above which a cost is said before anything else
 Better = Literal["less", "more", "neither"]
 
 
+def behind(unit: str) -> str:
+    """The unit as it stands behind a number in a sentence: a part or a factor has none."""
+    return "" if unit in ("", "1") else f" {unit}"
+
+
 @dataclass(frozen=True)
 class TableRow:
     """One quantity, for each law.
@@ -67,9 +72,10 @@ class Cost:
     @property
     def sentence(self) -> str:
         """One line for the report."""
+        unit = behind(self.unit)
         return (
-            f"{self.title} is {self._times} that of {self.baseline}: {self.value:.6g} {self.unit} "
-            f"instead of {self.baseline_value:.6g} {self.unit}"
+            f"{self.title} is {self._times} that of {self.baseline}: {self.value:.6g}{unit} "
+            f"instead of {self.baseline_value:.6g}{unit}"
         )
 
     @property

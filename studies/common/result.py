@@ -20,7 +20,7 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.comparison_table import Cost, TableRow
+from studies.common.comparison_table import Cost, TableRow, behind
 from studies.common.exit_codes import ExitCode, StudyError, quoted
 from studies.common.folder import OUR_MARK, PROGRAM, RESULT_FILE, plain
 from studies.common.foreign_text import parsed_json
@@ -105,7 +105,7 @@ class Criterion:
 
     def __post_init__(self) -> None:
         if not self.sentence:
-            numbers = f"{self.value:.9g} {self.unit} (limit {self.limit:.9g})"
+            numbers = f"{self.value:.9g}{behind(self.unit)} (limit {self.limit:.9g})"
             sentence = f"{outcome(self.passed, self.decided)}: {self.name} {numbers}"
             object.__setattr__(self, "sentence", sentence)
 

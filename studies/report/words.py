@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies import registry
-from studies.common.comparison_table import OUTSTANDING, WORSE, TableRow
+from studies.common.comparison_table import OUTSTANDING, WORSE, TableRow, behind
 from studies.common.console import number
 from studies.common.result import Criterion, Result
 
@@ -109,7 +109,7 @@ def _ends(result: Result) -> list[str]:
     """The ends of a front, by its objectives."""
     rows = [row for row in result.table if row.minimised]
     places = [
-        ", ".join(f"{row.title} {number(row.values[end], 6)}{_unit(row)}" for row in rows)
+        ", ".join(f"{row.title} {number(row.values[end], 6)}{behind(row.unit)}" for row in rows)
         for end in result.also_found
         if all(math.isfinite(row.values.get(end, math.nan)) for row in rows)
     ]
@@ -140,7 +140,7 @@ def _no_other_law(result: Result) -> str:
     if not others or own in breaking or len(others) < len(result.compared_with):
         return ""
     words = [
-        f"{law} has a {row.title} of {number(row.values[law], 6)}{_unit(row)} "
+        f"{law} has a {row.title} of {number(row.values[law], 6)}{behind(row.unit)} "
         f"(cap {number(row.cap, 6)})"
         for law in others
         for row in [breaking[law]]
@@ -156,15 +156,17 @@ def _of_cases(result: Result) -> list[str]:
     for row in rows[:3]:
         least, most = row.values["least"], row.values["greatest"]
         if least == most:
-            sentences.append(f"The {row.title} is {number(least, 6)}{_unit(row)} in all cases.")
+            sentences.append(
+                f"The {row.title} is {number(least, 6)}{behind(row.unit)} in all cases."
+            )
             continue
         # those that differ by rounding alone are least together
         reach = least + MEETS * abs(least)
         first, *others = np.flatnonzero(result.arrays[row.key].values <= reach).tolist()
         more = f", and as low in {len(others)} more" if others else ""
         sentences.append(
-            f"The {row.title} lies between {number(least, 6)} and {number(most, 6)}{_unit(row)}. "
-            f"It is least at {_stated(result, first)}{more}."
+            f"The {row.title} lies between {number(least, 6)} and {number(most, 6)}"
+            f"{behind(row.unit)}. It is least at {_stated(result, first)}{more}."
         )
     return sentences
 
@@ -186,13 +188,13 @@ def _first_values(result: Result) -> list[str]:
     rows = [row for row in result.table if math.isfinite(next(iter(row.values.values()), math.nan))]
     judged = [row for row in rows if row.better != "neither"] or rows
     return [
-        f"{_begun(row.title)}: {number(next(iter(row.values.values())), 6)}{_unit(row)}."
+        f"{_begun(row.title)}: {number(next(iter(row.values.values())), 6)}{behind(row.unit)}."
         for row in judged[:3]
     ]
 
 
 def _least(result: Result, row: TableRow) -> str:
-    value, unit = row.values.get(result.laws[0], math.nan), _unit(row)
+    value, unit = row.values.get(result.laws[0], math.nan), behind(row.unit)
     in_parts = answers(result) == "parts"
     breaking = _breaking(result)
     keeping = [law for law in result.compared_with if law not in breaking]
@@ -223,11 +225,7 @@ def _bounded(row: TableRow, result: Result) -> str:
     value, bound = row.values[result.laws[0]], row.bound or math.nan
     gap = value / bound - 1
     close = f"is above it by {100 * gap:.2g} %" if gap > MEETS else "meets it"
-    return f"No motion can be below {number(bound, 6)}{_unit(row)}; this one {close}."
-
-
-def _unit(row: TableRow) -> str:
-    return "" if row.unit in ("", "1") else f" {row.unit}"
+    return f"No motion can be below {number(bound, 6)}{behind(row.unit)}; this one {close}."
 
 
 def gains(result: Result) -> list[str]:
@@ -245,7 +243,7 @@ def gains(result: Result) -> list[str]:
             # beside almost nothing a ratio says nothing
             said = f"{times} than {best}, " if ratio < MANY_TIMES else ""
             of = "" if said else f" of {best}"
-            found.append((ratio, f"{_begun(row.title)}: {said}{values}{_unit(row)}{of}"))
+            found.append((ratio, f"{_begun(row.title)}: {said}{values}{behind(row.unit)}{of}"))
     found.sort(key=lambda item: -item[0])
     return [sentence for _, sentence in found[:MOST_GAINS]]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,7 +38,11 @@ def bars_of(deployment: Deployment, caps: Caps) -> BarParts:
     time = np.union1d(np.linspace(0.0, deployment.law.duration, ROWS), deployment.edges)
     angle, forces = forces_of(deployment, time)
 
-    checks = [at_most("part of a bar's buckling load", "1", deployment.values[BUCKLING], 1.0)]
+    buckling = at_most("part of a bar's buckling load", "1", deployment.values[BUCKLING], 1.0)
+    if not buckling.passed:
+        remedy = "; plan with --buckling-cap 1, in a study caps.buckling_load = 1"
+        buckling = replace(buckling, sentence=buckling.sentence + remedy)
+    checks = [buckling]
     if caps.link_reversal is not None:
         found = forces.reversal()
         checks.append(at_most("reversal of a link", "N", found, caps.link_reversal))

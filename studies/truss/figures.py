@@ -271,12 +271,14 @@ def bar_forces_figure(deployment: Deployment) -> Figure:
     label_axes(largest, "angle α [deg]", "largest push or pull [N]")
     largest.legend(frameon=False, fontsize=8)
 
-    # left and right half of each module, one above the other
-    rows = forces.bars["link"].reshape(angle.size, -1).T
+    # left and right half of each module, one above the other; at rest the angle may step back by
+    # a rounding
+    order = np.argsort(degrees, kind="stable")
+    rows = forces.bars["link"].reshape(angle.size, -1).T[:, order]
     most = float(np.abs(rows).max())
     halves = 0.75 + 0.5 * np.arange(len(rows))
     look = {"cmap": "RdBu_r", "vmin": -most, "vmax": most, "rasterized": True}
-    image = links.pcolormesh(degrees, halves, rows, shading="nearest", **look)
+    image = links.pcolormesh(degrees[order], halves, rows, shading="nearest", **look)
     label_axes(links, "angle α [deg]", "module from the motor; left and right half")
     figure.colorbar(image, ax=links, label="force in the link [N], push positive")
     return figure
