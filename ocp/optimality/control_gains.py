@@ -43,6 +43,7 @@ from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
 from ocp.numerics.columnwise import columnwise
 from ocp.numerics.piecewise_polynomial import lagrange
 from ocp.numerics.schemes import Radau
+from ocp.optimality.active_set import AT
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, phase_costates
@@ -375,9 +376,92 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: F
         own = alone[:, group]
         traded = traded_gain(values.slope[:, group], (down[:, group], up[:, group]), limits)
         density[:, group] = _shared_out(own, np.minimum(own.sum(axis=1), traded))
+    if _share_curved_limits(iterate, hamiltonian, values, index):
+        places = _Places(index, intervals, tau, costates)
+        for signals in _with_levels_beside(phase, columns, intervals, tau):
+            other = _by_level(iterate, evaluator, hamiltonian, values, places, signals)
+            density = np.where((other.sum(axis=1) > density.sum(axis=1))[:, None], other, density)
     shape = (phase.intervals, PARTS.size - 1, _POINTS, alone.shape[1])
     of_parts = np.einsum("kpqu,pq->kpu", density.reshape(shape), shares.reshape(-1, _POINTS))
     return np.asarray(of_parts * np.diff(phase.breakpoints)[:, None, None])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Places:
+    """Local times (m,) of intervals (m,) of a phase, with costates (m, n) there."""
+
+    index: int
+    intervals: Integers
+    tau: Array
+    costates: Array
+
+
+def _share_curved_limits(
+    iterate: Iterate, hamiltonian: Hamiltonian, values: HamiltonianValues, index: int
+) -> bool:
+    """Whether several controls share a limit that is not linear in them, as a circle or a cone."""
+    constraints = iterate.transcription.constraints[index]
+    return any(
+        not (constraints[number].of_controls or constraints[number].is_equation)
+        and np.count_nonzero(values.path_slope[:, i].any(axis=0)) > 1
+        for i, number in enumerate(hamiltonian.paths)
+    )
+
+
+def _with_levels_beside(
+    phase: PhaseTrajectory, controls: Sequence[int], intervals: Integers, tau: Array
+) -> Iterator[Array]:
+    """Signals (m, n) with controls of the end of the interval before, and of the start after it.
+
+    Where controls switch inside an interval, these are the levels between which they do.
+    """
+    last = phase.intervals - 1
+    for beside, end in ((intervals - 1, 1.0), (intervals + 1, 0.0)):
+        signals = phase.local(intervals, tau)
+        levels = phase.local(np.clip(beside, 0, last), np.full(tau.size, end))
+        signals[:, controls] = levels[:, controls]
+        yield signals
+
+
+def _by_level(
+    iterate: Iterate,
+    evaluator: Evaluator,
+    hamiltonian: Hamiltonian,
+    values: HamiltonianValues,
+    places: _Places,
+    signals: Array,
+) -> Array:
+    """What other controls gain at once, in parts of each, (m, n_u); 0 where they exceed a limit.
+
+    Parameters
+    ----------
+    values : HamiltonianValues
+        Those of the motion.
+    signals : (m, n)
+        Those of the motion, with the other controls.
+    """
+    phase = iterate.trajectory.phases[places.index]
+    now = phase.local(places.intervals, places.tau)
+    found = columnwise(
+        hamiltonian.function,
+        signals,
+        evaluator.times(phase, places.intervals, places.tau)[:, None],
+        evaluator.numbers(iterate.trajectory),
+        places.costates,
+    )
+    value, path = found[0][:, 0], found[5]
+
+    peaks = iterate.trajectory.peaks_of(iterate.problem)
+    kept = np.ones(value.size, dtype=bool)
+    for i, number in enumerate(hamiltonian.paths):
+        constraint = iterate.transcription.constraints[places.index][number]
+        lower, upper = constraint.limits(iterate.parameters, peaks)
+        margin = AT * constraint.scale
+        kept &= (path[:, i] >= lower - margin) & (path[:, i] <= upper + margin)
+
+    columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
+    shares = np.abs(values.slope * (signals - now)[:, columns])
+    return _shared_out(shares, np.where(kept, np.maximum(values.value - value, 0.0), 0.0))
 
 
 def _shared_out(alone: Array, together: Array) -> Array:

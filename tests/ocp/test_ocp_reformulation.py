@@ -230,6 +230,12 @@ def test_a_thruster_coasts_on_its_way_along_a_line():
     assert found.sample(ax, [1.5])[0] == pytest.approx(0.0, abs=1e-6)
 
 
+def test_what_a_switch_of_all_thrusts_costs_is_known():
+    """One thrust alone has no room below the size: all together they have."""
+    found = solve(least(size), settings=Settings(accuracy=1e-4))
+    assert abs(found.objective - line(2)) / line(2) <= found.accuracy <= 1e-4
+
+
 @pytest.mark.slow
 def test_three_components():
     certified(least(ca.norm_2(vector(thrusts)), thrust=thrusts), line(3), settings=COARSE)
