@@ -124,7 +124,7 @@ Point = tuple[Jet, Jet]
 
 def tip(antenna: Antenna, q: Sequence[float]) -> Array:
     """Place of the tip [m], along the straight arm and across it."""
-    at, _ = _tip([Jet(value) for value in q], antenna)
+    at, _ = _tip([Jet(value) for value in q], antenna, Jet(0.0))
     return np.array([at[0].value, at[1].value])
 
 
@@ -158,7 +158,7 @@ def response(
     """
     ring = Jet(alpha, omega, acc)
     displaced = _displacements(antenna, q, alpha)
-    bending = np.append(stiffness(antenna) @ (q + antenna.eta * rate), 0.0)
+    bending = np.concatenate([stiffness(antenna) @ (q + antenna.eta * rate), [0.0, 0.0]])
 
     def forces(second: Array) -> Array:
         moving = _particles(antenna, _jets(q, rate, second), ring)
@@ -175,13 +175,74 @@ def response(
     return second, float(base[4] + columns[4] @ second - own), columns[:4]
 
 
+def momentum(antenna: Antenna, q: Array, rate: Array, ring: Jet, base: Jet) -> float:
+    """Angular momentum about the root [N m s] of all particles, on a root that turns as `base`."""
+    moving = _particles(antenna, _jets(q, rate), ring, base)
+    return sum(
+        float(np.sum(mass * (at[0].value * at[1].rate - at[1].value * at[0].rate)))
+        for mass, at in moving
+    )
+
+
+@dataclass(frozen=True)
+class Free:
+    """On a satellite that is free to turn and was at rest.
+
+    Accelerations of the coordinates, seen from the satellite; what the arm adds to the torque on
+    alpha [N m]; moment [N m] of the satellite on the arm; rate [rad/s] of the satellite.
+    """
+
+    second: Array
+    torque: float
+    moment: float
+    rate: float
+
+
+def free_response(
+    antenna: Antenna,
+    satellite: float,
+    q: Array,
+    rate: Array,
+    alpha: float,
+    omega: float,
+    acc: float,
+) -> Free:
+    """The same with the angle of a satellite of this inertia [kg m^2] as a fifth coordinate."""
+    ring = Jet(alpha, omega, acc)
+    handed = momentum(antenna, q, rate, ring, Jet(0.0))
+    inertia = momentum(antenna, q, rate, ring, Jet(0.0, 1.0)) - handed
+    turning = -handed / (inertia + satellite)
+
+    displaced = _displacements(antenna, q, alpha)
+    bending = np.concatenate([stiffness(antenna) @ (q + antenna.eta * rate), [0.0, 0.0]])
+
+    def forces(second: Array) -> Array:
+        base = Jet(0.0, turning, second[4])
+        moving = _particles(antenna, _jets(q, rate, second[:4]), ring, base)
+        return _inertia_forces(moving, displaced) + bending
+
+    still = forces(np.zeros(5))
+    columns = np.column_stack([forces(unit) - still for unit in np.eye(5)])
+    # the particles' moment about the root turns the satellite the other way
+    moving = np.array([0, 1, 2, 3, 5])
+    matrix = columns[moving].copy()
+    matrix[4, 4] += satellite
+    second = np.linalg.solve(matrix, -still[moving])
+
+    zero = np.zeros(4)
+    held = _particles(antenna, _jets(zero, zero), ring)
+    own = _inertia_forces(held, _displacements(antenna, zero, alpha))[4]
+    torque = float(still[4] + columns[4] @ second - own)
+    return Free(second[:4], torque, -satellite * float(second[4]), turning)
+
+
 def _displacements(antenna: Antenna, q: Array, alpha: float) -> list[list[tuple[Array, Array]]]:
-    """Virtual displacements of all particles by each coordinate, the last of which is alpha."""
-    now = np.append(q, alpha)
+    """Virtual displacements of all particles by each coordinate, alpha, and a turn of the root."""
+    now = np.append(q, [alpha, 0.0])
     by_coordinate = []
-    for step in 1j * COMPLEX_STEP * np.eye(5):
+    for step in 1j * COMPLEX_STEP * np.eye(6):
         there = [Jet(value) for value in now + step]
-        moved = [point for _, point in _particles(antenna, there[:4], there[4])]
+        moved = [point for _, point in _particles(antenna, there[:4], *there[4:])]
         by_coordinate.append(
             [tuple(np.imag(jet.value) / COMPLEX_STEP for jet in point) for point in moved]
         )
@@ -203,17 +264,22 @@ def _inertia_forces(
     )
 
 
-def _particles(antenna: Antenna, q: Sequence[Jet], alpha: Jet) -> list[tuple[Any, Point]]:
-    """Masses and places of all particles, those of a link or of the hoop as arrays."""
+def _particles(
+    antenna: Antenna, q: Sequence[Jet], alpha: Jet, base: Jet | None = None
+) -> list[tuple[Any, Point]]:
+    """Masses and places of all particles, those of a link or of the hoop as arrays.
+
+    The root is turned by `base` [rad]; not at all if nothing is given.
+    """
     delta1, psi1, delta2, psi2 = q
     big, small = antenna.big, antenna.small
-    root, straight = (Jet(0.0), Jet(0.0)), Jet(0.0)
+    root, straight = (Jet(0.0), Jet(0.0)), base or Jet(0.0)
     elbow = _on_link(big, delta1, psi1, root, straight, big.length)
-    bend = _turn(psi1)
+    bend = straight + _turn(psi1)
 
     s1, weights1 = _gauss(big.length)
     s2, weights2 = _gauss(small.length)
-    end, turned = _tip(q, antenna)
+    end, turned = _tip(q, antenna, straight)
 
     # The hoop turns with the tip; each of its points moves outwards as it opens.
     radius = antenna.open_radius * alpha.sin()
@@ -229,12 +295,12 @@ def _particles(antenna: Antenna, q: Sequence[Jet], alpha: Jet) -> list[tuple[Any
     ]
 
 
-def _tip(q: Sequence[Jet], antenna: Antenna) -> tuple[Point, Jet]:
+def _tip(q: Sequence[Jet], antenna: Antenna, straight: Jet) -> tuple[Point, Jet]:
     """Place and turn of the tip."""
     delta1, psi1, delta2, psi2 = q
     root = (Jet(0.0), Jet(0.0))
-    elbow = _on_link(antenna.big, delta1, psi1, root, Jet(0.0), antenna.big.length)
-    bend = _turn(psi1)
+    elbow = _on_link(antenna.big, delta1, psi1, root, straight, antenna.big.length)
+    bend = straight + _turn(psi1)
     end = _on_link(antenna.small, delta2, psi2, elbow, bend, antenna.small.length)
     return end, bend + _turn(psi2)
 

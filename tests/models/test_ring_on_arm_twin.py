@@ -9,7 +9,7 @@ import scipy.linalg
 
 from models.arm.parameters import ArmParameters
 from models.laws import Bezier, Step5, paper_points
-from models.ring_on_arm import RingOnArm, arm_motion
+from models.ring_on_arm import RingOnArm, arm_motion, free_turn, held_moment, held_momentum
 from models.truss import DYNAMIC_SET, TrussParameters, total_mass
 from tests.models import ring_on_arm_twin as twin
 
@@ -135,3 +135,61 @@ def test_the_motion_under_a_law_is_that_of_the_particles(name: str, left: float)
     assert v_rate / largest == pytest.approx(expected / largest, abs=1e-3)
     assert motion.residual_energy == pytest.approx(kept, rel=1e-6)
     assert kept == pytest.approx(left, abs=0.0006)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_on_a_free_satellite_it_moves_as_all_its_particles_do(seed: int) -> None:
+    held, other, draw = drawn(seed)
+    inertia = 10 ** draw.uniform(1.5, 4)
+    model = replace(held, satellite_inertia=inertia)
+    sizes = np.array([0.1 * held.arm.big.length, 0.15, 0.1 * held.arm.small.length, 0.15])
+    q, v = draw.uniform(-1, 1, 4) * sizes, draw.uniform(-2, 2, 4) * sizes
+    ring = draw.uniform(0.05, math.pi / 2), draw.uniform(0, 1), draw.uniform(-2, 2)
+
+    expected = twin.free_response(other, inertia + held.arm.hub_inertia, q, v, *ring)
+    rate, torque = model.response(q, v, *ring)
+
+    rate = rate.full().ravel()
+    largest = np.abs(expected.second).max()
+    assert rate == pytest.approx(expected.second, rel=SHARE, abs=SHARE * largest)
+    assert float(torque) == pytest.approx(expected.torque, rel=SHARE)
+    assert float(model.satellite_rate(q, v, *ring[:2])) == pytest.approx(expected.rate, rel=SHARE)
+    assert float(model.root_moment(q, v, *ring)) == pytest.approx(expected.moment, rel=SHARE)
+    # what the arm has is what the satellite has the other way
+    momentum = float(model.angular_momentum(q, v, *ring[:2]))
+    assert momentum == pytest.approx(-inertia * expected.rate, rel=SHARE)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_what_a_ring_on_a_rigid_arm_hands_to_the_root(seed: int) -> None:
+    held, other, draw = drawn(seed)
+    still = np.zeros(4)
+    alpha, omega, acc = draw.uniform(0.2, math.pi / 2), draw.uniform(0, 1), draw.uniform(-2, 2)
+    sources = held.arm, held.truss, held.reaction_angle
+
+    handed = twin.momentum(other, still, still, twin.Jet(alpha, omega), twin.Jet(0.0))
+    assert float(held_momentum(*sources, alpha, omega)) == pytest.approx(handed, rel=SHARE)
+
+    # the moment is the rate of it: the momentum is linear in the ring's rate
+    step = 1e-5
+    faster, slower = (
+        twin.momentum(
+            other, still, still, twin.Jet(alpha + way * omega, omega + way * acc), twin.Jet(0.0)
+        )
+        for way in (step, -step)
+    )
+    size = abs(handed) + abs(faster - slower) / (2 * step)
+    moment = float(held_moment(*sources, alpha, omega, acc))
+    assert moment == pytest.approx((faster - slower) / (2 * step), abs=1e-8 * size)
+
+    inertia = 10 ** draw.uniform(1.5, 4)
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    start = held.truss.stowed_angle
+    angles = start + (alpha - start) * (1 + nodes) / 2
+    rates = [
+        -twin.momentum(other, still, still, twin.Jet(at, 1.0), twin.Jet(0.0))
+        / (inertia + twin.momentum(other, still, still, twin.Jet(at), twin.Jet(0.0, 1.0)))
+        for at in angles
+    ]
+    turn = (alpha - start) / 2 * (weights @ rates)
+    assert float(free_turn(*sources, inertia, alpha)) == pytest.approx(turn, rel=SHARE)
