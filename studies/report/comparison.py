@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from studies.common.charts import TIME, Chart, ChartAxis, Curve
 from studies.common.console import number
 from studies.common.result import Result
-from studies.report import sections, words
-from studies.report.html import Element, element, table
-from studies.report.page import Shown, document, payload, shown
+from studies.report.html import document
+from studies.report.page import Shown, payload, shown
+from studies.report.tables import PageTable
 
 SHARE = ChartAxis("share", "share of the duration", "%")  # durations may differ by far
 
@@ -22,37 +22,15 @@ def beside(results: Sequence[Result], names: Sequence[str]) -> str:
     charts = _together(results, whats, names)
     laws = tuple(dict.fromkeys(curve.law for chart in charts for curve in chart.curves))
     what = Shown(laws, charts, None)
-    title = f"{names[0]} beside {names[1]}"
-    head = element(
-        "header",
-        element("p", "Two results of antenna-ocp", class_="kind"),
-        element("h1", title),
+    return document(
+        "beside.html",
+        f"{names[0]} beside {names[1]}",
+        payload(what),
+        results=list(zip(names, results, strict=True)),
+        shown=what,
+        quantities=_quantities(results, names),
+        differences=_settings(results, names),
     )
-    parts = [
-        _answers(results, names),
-        sections.section("Quantities", _quantities(results, names)),
-        sections.section("Curves", sections.curves(charts, laws)) if charts else None,
-        sections.section("Settings that differ", _settings(results, names)),
-    ]
-    main = element("main", [sections.missing(result) for result in results], parts, id="content")
-    return document(title, [head, main], payload(what))
-
-
-def _answers(results: Sequence[Result], names: Sequence[str]) -> Element:
-    cards = []
-    for result, name in zip(results, names, strict=True):
-        word, mood = words.KINDS[result.verdict.kind]
-        cards.append(
-            element(
-                "div",
-                element("h2", name),
-                element("p", result.question or "The question is not recorded."),
-                sections.paragraphs(words.answer(result)),
-                element("p", element("span", word, class_="word"), f". {result.verdict.sentence}."),
-                class_=f"card {mood}",
-            )
-        )
-    return element("div", cards, class_="cards")
 
 
 def _own(result: Result) -> dict[str, tuple[str, str, float]]:
@@ -63,15 +41,15 @@ def _own(result: Result) -> dict[str, tuple[str, str, float]]:
     }
 
 
-def _quantities(results: Sequence[Result], names: Sequence[str]) -> Element:
+def _quantities(results: Sequence[Result], names: Sequence[str]) -> PageTable:
     first, second = map(_own, results)
     rows = []
     for key in dict.fromkeys((*first, *second)):
         title, unit, _ = first.get(key) or second[key]
         pair = [side[key][2] if key in side else None for side in (first, second)]
         rows.append((title, unit, *(number(value, 6) for value in pair), _change(*pair)))
-    return table(
-        "The law of each result", ("quantity", "unit", *names, "B against A"), rows, key="beside"
+    return PageTable(
+        "The law of each result", ("quantity", "unit", *names, "B against A"), rows, "beside"
     )
 
 
@@ -113,17 +91,15 @@ def _shared(curve: Curve, name: str) -> Curve:
     return dataclasses.replace(curve, law=name, places=places)
 
 
-def _settings(results: Sequence[Result], names: Sequence[str]) -> Element:
+def _settings(results: Sequence[Result], names: Sequence[str]) -> PageTable:
     first, second = (_flat(result.configuration) for result in results)
     keys = [
         key
         for key in dict.fromkeys((*first, *second))
         if first.get(key, "–") != second.get(key, "–")
     ]
-    if not keys:
-        return element("p", "None: both were asked the same.")
     rows = [(key, first.get(key, "–"), second.get(key, "–")) for key in keys]
-    return table("Settings", ("setting", *names), rows, key="settings")
+    return PageTable("Settings", ("setting", *names), rows, "settings")
 
 
 def _flat(content: Mapping[str, object], head: str = "") -> dict[str, str]:

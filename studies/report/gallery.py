@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Literal
@@ -14,10 +14,10 @@ from studies.common.folder import ResultsFolder, open_results
 from studies.common.result import Result
 from studies.common.scene.pictures import save_strip
 from studies.common.writers import write
-from studies.report.html import Element, element
-from studies.report.page import SHARES, Shown, document, page, shown
+from studies.report.html import document
+from studies.report.page import SHARES, Shown, page, shown
 from studies.report.page_file import PAGE, write_page
-from studies.report.still import chart_picture, snapshots
+from studies.report.still import snapshots
 
 PICTURE = "motion.png"  # beside each report, for pages that link to it
 
@@ -115,7 +115,7 @@ ENTRIES = (
 def write_gallery(options: argparse.Namespace, console: Console) -> ExitCode:
     """Solve all studies, write report and picture of each, and the page that links to them."""
     folder = open_results(options.to, "gallery", options.overwrite)
-    cards = []
+    cards: list[tuple[GalleryEntry, Result, Shown]] = []
     for entry in ENTRIES:
         console.progress(f"{entry.title} ...")
         result = entry.solve(console)
@@ -126,35 +126,20 @@ def write_gallery(options: argparse.Namespace, console: Console) -> ExitCode:
         what = shown(result)
         if what.picture is not None:
             save_strip(what.picture, place.file(PICTURE), SHARES[1:])
-        cards.append(_card(entry, result, what))
-    path = write_page(_page(cards), folder.file("index.html"), overwrite=True)
+        cards.append((entry, result, what))
+    path = write_page(gallery_page(cards), folder.file("index.html"), overwrite=True)
     folder.complete()
     console.say(f"the gallery is {path}")
     return ExitCode.OK
 
 
-def _card(entry: GalleryEntry, result: Result, what: Shown) -> Element:
-    pictures = snapshots(what.picture, SHARES[1:]) if what.picture is not None else []
-    chart = element("div", chart_picture(what.charts[0], what.laws)) if what.charts else None
-    link = f"{entry.name}/{PAGE}"
-    return element(
-        "div",
-        element("h2", element("a", entry.title, href=link)),
-        element("div", pictures, class_="snapshots"),
-        element(
-            "figure", element("figcaption", what.charts[0].label if what.charts else ""), chart
-        ),
-        element("p", result.verdict.sentence),
-        class_="card",
+def gallery_page(cards: Sequence[tuple[GalleryEntry, Result, Shown]]) -> str:
+    """The page that links to the reports."""
+    return document(
+        "gallery.html",
+        "Gallery of studies",
+        None,
+        cards=cards,
+        page=PAGE,
+        stills=lambda picture: snapshots(picture, SHARES[1:]),
     )
-
-
-def _page(cards: list[Element]) -> str:
-    head = element(
-        "header",
-        element("p", "antenna-ocp", class_="kind"),
-        element("h1", "Gallery of studies"),
-        element("p", "Solved on coarse meshes. Each title opens the report of its study."),
-    )
-    main = element("main", element("div", cards, class_="cards gallery"), id="content")
-    return document("Gallery of studies", [head, main], None)

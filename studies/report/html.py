@@ -1,77 +1,97 @@
-"""Elements of a page. All text is escaped when the tree is written: nothing is glued together."""
+"""Pages from templates of Jinja2: what is put into them is escaped, and typeset as text."""
 
 from __future__ import annotations
 
+import functools
+import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-Element = ElementTree.Element
-Content = str | Element | None | Iterable["Content"]
+from markupsafe import Markup
 
-SVG = "{http://www.w3.org/2000/svg}"
-_AS_IT_IS = ("pre", "script", "style")
-_SENTENCES = ("h1", "p", "li")
+from studies.report import assets
+
+if TYPE_CHECKING:
+    import jinja2
+
+TEMPLATES = Path(__file__).parent / "templates"
+MARK = "antenna-ocp report"  # by which a page is known as ours
+SVG, XLINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}"
 _NO_BREAK = "\u00a0"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([-+]?\d+)\b")
 # a number with its unit, such as "12 N m s" or "0.5 rad/s²"
 _UNIT = r"(?:%|(?:mm|m|s|N|J|W|kg|g|rad|deg|Hz|Pa|MPa|GPa)[²³]?(?:/\w+[²³]?)?(?![\w²³]))"
 _QUANTITY = re.compile(rf"\d(?: {_UNIT})+")
-XLINK = "{http://www.w3.org/1999/xlink}"
 
 
-def element(tag: str, *content: Content, **attributes: str | bool | None) -> Element:
-    """An element with text and elements in it.
+def document(template: str, title: str, data: Mapping[str, Any] | None, **values: Any) -> str:
+    """A whole document with styles, scripts and the policy that forbids anything else.
 
-    Attributes that are None or False are left out; `class_` and the like lose their underscore,
-    and others become hyphens.
+    Parameters
+    ----------
+    template : its file in `templates`.
+    data : what its script reads; without any it has none.
+    values : what the template takes.
     """
-    made = Element(tag)
-    for name, value in attributes.items():
-        if value is not None and value is not False:
-            made.set(name.rstrip("_").replace("_", "-"), "" if value is True else str(value))
-    _fill(made, content)
-    return made
+    script = assets.scripts() if data is not None else ""
+    # a data block is no script; "<" could still end it
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return (
+        _environment()
+        .get_template(template)
+        .render(
+            title=title,
+            policy=assets.policy(script),
+            mark=MARK,
+            styles=assets.styles(),
+            script=script,
+            data=text if data is not None else "",
+            **values,
+        )
+    )
 
 
-def _fill(parent: Element, content: Content) -> None:
-    if content is None:
-        return
-    if isinstance(content, str):
-        if len(parent):
-            parent[-1].tail = (parent[-1].tail or "") + content
-        else:
-            parent.text = (parent.text or "") + content
-    elif isinstance(content, Element):
-        parent.append(content)
-    else:
-        for part in content:
-            _fill(parent, part)
+@functools.cache
+def _environment() -> jinja2.Environment:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    from studies.report import words
+    from studies.report.still import chart_picture
+
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        finalize=_typeset,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"sentence": sentence, "identifier": identifier}
+    environment.globals |= {
+        "chart_picture": chart_picture,
+        "first_upper": first_upper,
+        "words": words,
+    }
+    return environment
 
 
-def typeset(tree: Element) -> None:
-    """Write squares and cubes of units as such, but in what is to be copied as it is.
-
-    In sentences powers of ten are written as such too, and a number keeps its unit on its line.
-    """
-    for node in tree.iter():
-        if node.tag in _AS_IT_IS:
-            continue
-        change = _sentence if node.tag in _SENTENCES else _superscripts
-        if node.text:
-            node.text = change(node.text)
-        for child in node:
-            if child.tail:
-                child.tail = change(child.tail)
+def _typeset(value: Any) -> Any:
+    """Squares and cubes of units in a text; what is escaped already is to be copied as it is."""
+    return superscripts(value) if isinstance(value, str) and type(value) is not Markup else value
 
 
-def _superscripts(text: str) -> str:
+def superscripts(text: str) -> str:
+    """Squares and cubes of units as such."""
     return re.sub(r"(?<=[A-Za-z])\^([23])(?!\d)", lambda found: "²³"[int(found[1]) - 2], text)
 
 
-def _sentence(text: str) -> str:
-    text = _QUANTITY.sub(lambda found: found[0].replace(" ", _NO_BREAK), _superscripts(text))
+def sentence(text: str) -> str:
+    """The same; powers of ten are written as such too, and a number keeps its unit on its line."""
+    text = _QUANTITY.sub(lambda found: found[0].replace(" ", _NO_BREAK), superscripts(text))
     return _POWER.sub(_power_of_ten, text)
 
 
@@ -80,64 +100,27 @@ def _power_of_ten(found: re.Match[str]) -> str:
     return f"{found[1]}{_NO_BREAK}×{_NO_BREAK}10{power}"
 
 
-def written(tree: Element) -> str:
-    """A tree as HTML."""
-    return ElementTree.tostring(tree, encoding="unicode", method="html")
+def first_upper(text: str) -> str:
+    """A text whose first letter is a capital one; the others stay."""
+    return f"{text[:1].upper()}{text[1:]}"
 
 
-def table(
-    caption: str,
-    head: Sequence[str],
-    rows: Sequence[Sequence[Content]],
-    *,
-    key: str,
-    notes: Sequence[str] = (),
-    classes: Sequence[str] = (),
-) -> Element:
-    """A table whose first column names its rows, with room for the buttons of the page's script.
-
-    Parameters
-    ----------
-    key : name of the file that its CSV button saves.
-    classes : of the rows, where they have any.
-    """
-    classes = classes or [""] * len(rows)
-    body = [
-        element(
-            "tr",
-            element("th", cells[0], scope="row"),
-            [element("td", cell) for cell in cells[1:]],
-            class_=row_class or None,
-        )
-        for cells, row_class in zip(rows, classes, strict=True)
-    ]
-    made = element(
-        "table",
-        element("caption", caption),
-        element("thead", element("tr", [element("th", title, scope="col") for title in head])),
-        element("tbody", body),
-        id=key,
-    )
-    return element(
-        "div",
-        element("div", made, class_="scroll", tabindex="0", role="region", aria_label=caption),
-        [element("p", note, class_="note") for note in notes],
-        class_="table",
-        data_file=key,
-    )
-
-
-def from_svg(text: str) -> Element:
-    """An SVG document as an element of a page: without its namespaces and its metadata."""
+def from_svg(text: str, title: str) -> Markup:
+    """An SVG document as a part of a page: without its namespaces, metadata and size."""
     root = ElementTree.fromstring(text)
     for node in root.iter():
         node.tag = node.tag.removeprefix(SVG)
         for name in list(node.attrib):
             if name.startswith(XLINK):
                 node.set(name.removeprefix(XLINK), node.attrib.pop(name))
-    for node in root.findall("metadata"):
-        root.remove(node)
-    return root
+        if node.text and node.tag != "style":
+            node.text = superscripts(node.text)
+    for found in root.findall("metadata"):
+        root.remove(found)
+    for name in ("width", "height"):
+        root.attrib.pop(name, None)
+    root.attrib |= {"role": "img", "aria-label": title}
+    return Markup(ElementTree.tostring(root, encoding="unicode", method="html"))
 
 
 def identifier(text: str) -> str:

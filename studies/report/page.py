@@ -21,12 +21,11 @@ from studies.common.exit_codes import StudyError
 from studies.common.result import Result
 from studies.common.scene.moving_picture import MovingPicture
 from studies.common.study import Study, placed
-from studies.report import assets, sections
-from studies.report.html import Element, element, typeset, written
+from studies.report import tables
+from studies.report.html import document, first_upper
 from studies.report.still import snapshots, tension_picture
 
 SHARES = (0.0, 0.4, 0.6, 1.0)  # of the duration, of the still pictures of a motion
-MARK = "antenna-ocp report"  # by which a page is known as ours
 
 # what results that are fronts show, which is something else than their mechanism's motion
 _FRONT = "studies.fronts.page"
@@ -41,13 +40,18 @@ class Shown:
     laws : names, in the order of their colours.
     charts : all curves.
     picture : what moves, or None.
-    figures : PNG files of the figures that stand in the page, by name.
+    figures : PNG files of the figures that stand in the page in their place, by name, in base 64.
     """
 
     laws: tuple[str, ...]
     charts: tuple[Chart, ...]
     picture: MovingPicture | None
-    figures: Mapping[str, bytes] = field(default_factory=dict)
+    figures: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def drawn(self) -> set[str]:
+        """The laws that have a curve."""
+        return {curve.law for chart in self.charts for curve in chart.curves}
 
 
 def shown(result: Result) -> Shown:
@@ -68,12 +72,12 @@ def shown(result: Result) -> Shown:
     return Shown(_in_order((*result.laws, *named)), charts, picture)
 
 
-def _drawings(result: Result, study: Study) -> Iterator[tuple[str, bytes]]:
+def _drawings(result: Result, study: Study) -> Iterator[tuple[str, str]]:
     assert study.figures is not None
     for name, figure in placed(study.figures)(result):
         stream = io.BytesIO()
         figure.savefig(stream, format="png")
-        yield name, stream.getvalue()
+        yield name, base64.b64encode(stream.getvalue()).decode()
 
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:
@@ -91,99 +95,26 @@ def page(result: Result, input_text: str = "") -> str:
     input_text : str
         The study as it was run; its configuration stands there if it is not known.
     """
-    what = shown(result)
-    text = input_text or json.dumps(result.configuration, indent=2, ensure_ascii=False)
-    parts = [
-        *_motion(what),
-        _curves(what),
-        sections.requirement(result),
-        sections.model(result),
-        sections.parameters(result),
-        sections.further(result, "load_cases", "Load cases"),
-        sections.section("Results", sections.results(result)),
-        sections.further(result, "margins", "Margins"),
-        sections.further(result, "margin_numbers", "Numbers of the margins"),
-        sections.verification(result),
-        sections.limits(result),
-        sections.exact_input(text),
-        sections.versions(result),
-    ]
-    body = [
-        sections.heading(result),
-        _navigation([part for part in parts if part is not None]),
-        element("main", sections.missing(result), sections.summary(result), parts, id="content"),
-    ]
-    return document(sections.title_of(result), body, payload(what))
-
-
-def _curves(what: Shown) -> Element:
-    """Curves as data, or figures as pictures."""
-    if what.charts:
-        return sections.section("Curves", sections.curves(what.charts, what.laws))
-    if not what.figures:
-        return sections.section("Curves", element("p", "The arrays are missing."))
-    pictures = []
-    for name, picture in what.figures.items():
-        source = f"data:image/png;base64,{base64.b64encode(picture).decode()}"
-        said = f"{name.replace('_', ' ')}; the numbers are in the table of the cases"
-        pictures.append(element("figure", element("img", src=source, alt=said), class_="drawn"))
-    return sections.section("Figures", pictures)
-
-
-def _navigation(parts: Sequence[Element]) -> Element:
-    headings = [heading for part in parts if (heading := part.find("h2")) is not None]
-    links = [
-        element("li", element("a", "".join(heading.itertext()), href=f"#{heading.get('id')}"))
-        for heading in headings
-    ]
-    return element("nav", element("ul", links), aria_label="parts of the page")
-
-
-def _motion(what: Shown) -> list[Element]:
-    """Stage for the motion, and still pictures of it."""
-    if what.picture is None:
-        return []
-    stills = element("div", snapshots(what.picture, SHARES), class_="snapshots still")
-    stage = element("div", element("div", id="stage", class_="live"), stills)
-    content = [element("p", f"{what.picture.title[:1].upper()}{what.picture.title[1:]}."), stage]
-    if what.picture.tension is not None:
-        content.append(
-            element(
-                "figure",
-                element("figcaption", "Tension along one rope [N]"),
-                element("div", tension_picture(what.picture), class_="still"),
-                element("div", class_="live"),
-                id="tension",
-            )
-        )
-    return [sections.section("In motion", element("div", content, id="motion"))]
-
-
-def document(title: str, body: Sequence[Element], data: Mapping[str, Any] | None) -> str:
-    """A whole document with styles, scripts and the policy that forbids anything else."""
-    script = assets.scripts() if data is not None else ""
-    head = element(
-        "head",
-        element("meta", charset="utf-8"),
-        element("meta", http_equiv="Content-Security-Policy", content=assets.policy(script)),
-        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        element("meta", name="generator", content=MARK),
-        element("meta", name="referrer", content="no-referrer"),
-        element("title", title),
-        element("style", assets.styles()),
+    what, mechanism = shown(result), registry.mechanism_of(result.kind)
+    return document(
+        "report.html",
+        title_of(result),
+        payload(what),
+        result=result,
+        shown=what,
+        the=tables,
+        kind=mechanism.title if mechanism else result.kind or "unknown kind of study",
+        made=str(result.provenance.get("made", ""))[:10],
+        model=(mechanism.model if mechanism else ()) or ("See the exact input below.",),
+        input=input_text or json.dumps(result.configuration, indent=2, ensure_ascii=False),
+        stills=lambda picture: snapshots(picture, SHARES),
+        tension_picture=tension_picture,
     )
-    scripts = []
-    if data is not None:
-        # a data block is no script; "<" could still end it
-        text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-        scripts = [
-            element("script", text, type="application/json", id="data"),
-            element("script", script),
-        ]
-    skip = element("a", "To the content", href="#content", class_="skip")
-    tree = element("html", head, element("body", skip, body, scripts), lang="en")
-    typeset(tree)
-    return f"<!DOCTYPE html>\n{written(tree)}\n"
+
+
+def title_of(result: Result) -> str:
+    """What the browser calls the page."""
+    return first_upper(result.question or "a result that is incomplete")
 
 
 class _Arrays:

@@ -11,7 +11,7 @@ PAGE = "report.html"
 
 def write_page(text: str, path: Path, overwrite: bool) -> Path:
     """Write a page; one that is there is replaced if it is one of ours, or if that is asked for."""
-    from studies.report.page import MARK
+    from studies.report.html import MARK
 
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
@@ -19,7 +21,7 @@ from studies.common.console import number
 from studies.common.drawing import COLOURS, STYLES, label_axes
 from studies.common.scene.moving_picture import LawOfMotion, MovingPicture
 from studies.common.scene.projection import View, outline, project
-from studies.report.html import Element, element, from_svg
+from studies.report.html import from_svg
 
 SIZE = (6.2, 2.7)  # inches, of a chart
 MOST_CURVES = 12
@@ -44,7 +46,7 @@ _SETTINGS: dict[str, Any] = {
 SNAPSHOT_SIZE = 220  # of the side of a snapshot, in units of its SVG
 
 
-def chart_picture(chart: Chart, laws: Sequence[str]) -> Element:
+def chart_picture(chart: Chart, laws: Sequence[str]) -> Markup:
     """A chart over its usual axis."""
     with mpl.rc_context(_settings(chart.key)):
         figure = Figure(figsize=SIZE)
@@ -89,26 +91,39 @@ def _settings(key: str) -> Any:
     return {**_SETTINGS, "svg.hashsalt": key}
 
 
-def _in_page_colours(text: str, title: str) -> Element:
+def _in_page_colours(text: str, title: str) -> Markup:
     for colour, variable in _VARIABLES.items():
         text = text.replace(colour, variable)
     text = re.sub(r"'DejaVu Sans', [^;\"]*", "sans-serif", text)
-    svg = from_svg(text[text.index("<svg") :])
-    for name in ("width", "height"):
-        svg.attrib.pop(name, None)
-    svg.set("role", "img")
-    svg.set("aria-label", title)
-    return svg
+    return from_svg(text[text.index("<svg") :], title)
 
 
-def snapshots(picture: MovingPicture, shares: Sequence[float]) -> list[Element]:
+@dataclass(frozen=True)
+class StillFrame:
+    """A motion at an instant.
+
+    Attributes
+    ----------
+    box : of its SVG, as that states it.
+    title : for who cannot see it.
+    caption : below it.
+    strands : class and path of each kind.
+    """
+
+    box: str
+    title: str
+    caption: str
+    strands: tuple[tuple[str, str], ...]
+
+
+def snapshots(picture: MovingPicture, shares: Sequence[float]) -> list[StillFrame]:
     """The first law's motion at shares of its duration, each with a caption."""
     law = picture.laws[0]
     view = View.flat() if picture.flat else View()
     return [_snapshot(picture, law, float(share * law.times[-1]), view) for share in shares]
 
 
-def _snapshot(picture: MovingPicture, law: LawOfMotion, time: float, view: View) -> Element:
+def _snapshot(picture: MovingPicture, law: LawOfMotion, time: float, view: View) -> StillFrame:
     value = law.at(time)
     points = project(picture.points(value), view)
     frame = outline(picture, view)
@@ -116,35 +131,23 @@ def _snapshot(picture: MovingPicture, law: LawOfMotion, time: float, view: View)
     middle = points[picture.centre] if picture.centre >= 0 else frame.middle
     screen = (points[:, :2] - middle[:2]) * (scale, -scale)
 
-    paths = [
-        element("path", d=_path(screen, strand.pairs), class_=f"strand {_class(strand.kind)}")
-        for strand in picture.strands
+    strands = [
+        (strand.kind.replace(" ", "-"), _path(screen, strand.pairs)) for strand in picture.strands
     ]
     if picture.tension is not None:
         for rope in picture.tension.paths:
-            pairs = np.stack([rope[:-1], rope[1:]], axis=1)
-            paths.append(element("path", d=_path(screen, pairs), class_="strand rope"))
+            strands.append(("rope", _path(screen, np.stack([rope[:-1], rope[1:]], axis=1))))
 
     width, height = frame.width * scale + 16, frame.height * scale + 16
     caption = f"t = {time:.4g} s"
     if not picture.flat:
         caption += f", {np.degrees(value):.1f}°"
-    return element(
-        "figure",
-        element(
-            "svg",
-            paths,
-            viewBox=f"{-width / 2:.1f} {-height / 2:.1f} {width:.1f} {height:.1f}",
-            role="img",
-            aria_label=f"{picture.title} at {caption}",
-        ),
-        element("figcaption", caption),
-        class_="snapshot",
+    return StillFrame(
+        box=f"{-width / 2:.1f} {-height / 2:.1f} {width:.1f} {height:.1f}",
+        title=f"{picture.title} at {caption}",
+        caption=caption,
+        strands=tuple(strands),
     )
-
-
-def _class(kind: str) -> str:
-    return kind.replace(" ", "-")
 
 
 def _path(screen: Array, pairs: Array) -> str:
@@ -152,7 +155,7 @@ def _path(screen: Array, pairs: Array) -> str:
     return "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in ends)
 
 
-def tension_picture(picture: MovingPicture) -> Element:
+def tension_picture(picture: MovingPicture) -> Markup:
     """Tension of every segment of a rope at the start, half time, peak force and end."""
     law, tension = picture.laws[0], picture.tension
     assert tension is not None
