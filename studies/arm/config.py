@@ -136,7 +136,13 @@ class ArmStudy(StageStudy):
     satellite_inertia: float | None = optional_key(
         positive,
         "kg m^2",
-        "inertia about the root of a satellite that is free to turn: the motion is replayed on it",
+        "inertia about the root of a satellite that is free to turn; it is held unless stated",
+    )
+    wheel_torque: float | None = optional_key(
+        positive, "N m", "cap on the moment about the root that a held satellite takes"
+    )
+    wheel_momentum: float | None = optional_key(
+        positive, "N m s", "cap on the angular momentum that its wheels take"
     )
     elements: int = key(
         _count(MOST_ELEMENTS), "", "elements of a link in the full model", default=ELEMENTS
@@ -147,6 +153,7 @@ class ArmStudy(StageStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        self._check_satellite()
         if self.sample_time is not None and self.sample_time > self.slew.duration:
             raise StudyError(
                 f"sample_time is {self.sample_time:g} s, more than the stage's "
@@ -160,11 +167,37 @@ class ArmStudy(StageStudy):
                 "elements a link; give no more than these, or more elements"
             )
 
+    def _check_satellite(self) -> None:
+        H = self.satellite_inertia
+        if H is None:
+            return
+        for name in ("wheel_torque", "wheel_momentum"):
+            if (cap := getattr(self, name)) is not None:
+                raise StudyError(
+                    f"{name} is {cap:g}, but the satellite of {H:g} kg m^2 is free to turn and "
+                    "its wheels take nothing; leave one of the two keys out"
+                )
+        if len(self.slew.moving) > 1:
+            raise StudyError(
+                f"satellite_inertia is {H:g} kg m^2, but the stage '{self.stage}' turns both "
+                "joints, which is modelled on a held satellite only; give big or small"
+            )
+        if self.drive == "angle" and not self.slew.carried:
+            raise StudyError(
+                f"satellite_inertia is {H:g} kg m^2, but a root on a given angle is modelled on a "
+                "held satellite only; give drive = torque, or leave satellite_inertia out"
+            )
+
+    @cached_property
+    def slew(self) -> Stage:
+        """The stage with its angles, its duration, its arm and its satellite."""
+        return dataclasses.replace(super().slew, satellite_inertia=self.satellite_inertia)
+
     @property
     def caps(self) -> TorqueCaps:
-        """The caps of both joints."""
+        """The caps of both joints, and of what the satellite's wheels take."""
         torque, rate = self.torque_cap, self.rate_cap
-        return TorqueCaps((torque, torque), (rate, rate))
+        return TorqueCaps((torque, torque), (rate, rate), self.wheel_torque, self.wheel_momentum)
 
     @property
     def question(self) -> str:

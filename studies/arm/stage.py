@@ -14,15 +14,18 @@ from typing import Any
 import numpy as np
 
 from models.ancf import joints
+from models.ancf.chain import Chain
 from models.ancf.state import NodalState, posed
 from models.arm.bulges import tied_to_first_modes
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm, Variant
+from models.numerics import gauss_legendre
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 
 ROOT, ELBOW = 0, 1
 JOINT_NAMES = ("root", "elbow")
+_POINTS = 20  # of a quadrature; J changes by a third over half a turn
 _POSES = 9  # along the stage, whose first modes tie the bulges of the reduced model
 
 
@@ -34,10 +37,14 @@ class TorqueCaps:
     ----------
     torque : (root, elbow) largest torques [N m].
     rate : (root, elbow) largest rates of the torques [N m/s].
+    root_moment : largest moment about the root that a held satellite takes [N m].
+    momentum : largest angular momentum that it takes [N m s].
     """
 
     torque: tuple[float | None, float | None] = (None, None)
     rate: tuple[float | None, float | None] = (None, None)
+    root_moment: float | None = None
+    momentum: float | None = None
 
 
 @dataclass(frozen=True)
@@ -51,6 +58,8 @@ class Stage:
     duration : T [s].
     arm : ArmParameters
     tied : whether the bulges of its reduced model are tied, see `reduced`.
+    satellite_inertia : H of a satellite that is free to turn about the root [kg m^2]; None for one
+        that is held.
 
     Raises
     ------
@@ -64,6 +73,7 @@ class Stage:
     duration: float
     arm: ArmParameters = field(default_factory=ArmParameters)
     tied: bool = True
+    satellite_inertia: float | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.duration) and self.duration > 0):
@@ -105,7 +115,7 @@ class Stage:
         """Of the bulges to the other shapes, see `models.arm.bulges`."""
         shares = np.linspace(0.0, 1.0, _POSES)
         poses = [(float(r), float(e)) for r, e in np.add(self.start, np.outer(shares, self.turn))]
-        plain = ReducedArm(self.arm, "B21", *self._locks)
+        plain = self.reduced(tied=False)
         return tied_to_first_modes(plain, poses).ties
 
     @property
@@ -123,13 +133,36 @@ class Stage:
         """
         tied = tied and self.tied and variant == "B21"
         ties = self._ties if tied else (0.0, 0.0, 0.0)
-        return ReducedArm(arm or self.arm, variant, *self._locks, ties)
+        return ReducedArm(arm or self.arm, variant, *self._locks, ties, self.satellite_inertia)
 
     @property
     def inertias(self) -> Array:
-        """J that each joint's torque unit is made of (2,) [kg m^2]; the root's at its largest."""
+        """J that each joint's torque unit is made of (2,) [kg m^2]; the root's at its largest.
+
+        Of one joint on a free satellite it is what makes the rigid bound exact, see `_on_free`.
+        """
         elbow = self.start[ELBOW] if ELBOW not in self.moving else 0.0
-        return np.array([self.arm.root_inertia(elbow), self.arm.elbow_inertia])
+        held = np.array([self.arm.root_inertia(elbow), self.arm.elbow_inertia])
+        return held if self.satellite_inertia is None else self._on_free(self.satellite_inertia)
+
+    def _on_free(self, H: float) -> Array:
+        """J of a rigid arm on a free satellite (2,) [kg m^2], where only one joint turns.
+
+        Without momentum the joint has the energy J(phi) phidot^2 / 2. Under a torque of constant
+        size it is that torque times the way from the nearer end, which gives T as an integral of
+        sqrt(J). With phi - start = D s^2 / 2, or from the end, the integrand is smooth.
+        """
+        elbow, arm = self.start[ELBOW], self.arm
+        root = arm.root_inertia(elbow) * H / (arm.root_inertia(elbow) + H)
+        s, weights = gauss_legendre(_POINTS)
+        roots = []
+        for k, sign in ((0, 1.0), (1, -1.0)):
+            phi = (self.start, self.end)[k][ELBOW] + sign * self.turn[ELBOW] * s**2 / 2
+            whole = np.array([arm.root_inertia(float(angle)) for angle in phi])
+            # the arm's momentum by the elbow's rate
+            handed = arm.elbow_inertia + (whole - arm.root_inertia(math.pi / 2)) / 2
+            roots.append(weights @ np.sqrt(arm.elbow_inertia - handed**2 / (H + whole)))
+        return np.array([root, (sum(roots) / 2) ** 2])
 
     @property
     def inertia_turns(self) -> Array:
@@ -159,13 +192,31 @@ class Stage:
         """The same stage in another time [s]."""
         return dataclasses.replace(self, duration=duration)
 
+    @property
+    def carried(self) -> bool:
+        """Whether the root is locked to a free satellite, which is then part of the hub."""
+        return self.satellite_inertia is not None and ROOT not in self.moving
+
+    def chain(self, elements: int, *, locked: bool = False) -> Chain:
+        """The full model until the lock, or after it: a locked root turns with the satellite."""
+        chain = self.arm.chain(elements)
+        H = self.satellite_inertia
+        if H is None or not (locked or self.carried):
+            return chain
+        return dataclasses.replace(chain, hub_inertia=chain.hub_inertia + H)
+
     def start_state(self, elements: int) -> NodalState:
         """Rest at the start, full model."""
-        return posed(self.arm.chain(elements), list(self.start))
+        return posed(self.chain(elements), list(self.start))
 
     def full_joints(self, drives: dict[int, joints.Joint]) -> list[joints.Joint]:
-        """Joints of the full model: the drives given, the others locked."""
-        return [drives.get(k, joints.Locked(self.start[k])) for k in (ROOT, ELBOW)]
+        """Joints of the full model in fixed axes: the drives given, the others locked.
+
+        A root that is carried turns with the satellite.
+        """
+        others = [joints.Locked(angle) for angle in self.start]
+        held = [joints.Free() if self.carried else others[ROOT], others[ELBOW]]
+        return [drives.get(k, held[k]) for k in (ROOT, ELBOW)]
 
 
 def big_arm(duration: float = 86.0, arm: ArmParameters | None = None) -> Stage:

@@ -75,6 +75,7 @@ def engage(
     time: float = 0.0,
     targets: Mapping[int, float] | None = None,
     tolerance: float | None = None,
+    momentum: Array | None = None,
 ) -> Engagement:
     """Lock joints at the angles they have.
 
@@ -93,6 +94,8 @@ def engage(
         Angle wanted of a joint [rad].
     tolerance : float, optional
         Largest miss that the lock accepts [rad]; any by default.
+    momentum : (n,), optional
+        Right before, see `project`.
 
     Raises
     ------
@@ -122,7 +125,7 @@ def engage(
         for k, joint in enumerate(joints)
     )
     form = MinimalCoordinates(chain, after)
-    locked, kick = project(form, state, time)
+    locked, kick = project(form, state, time, momentum)
     return Engagement(
         time=time,
         joints=after,

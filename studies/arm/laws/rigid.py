@@ -62,11 +62,20 @@ def rigid_equations(arm: ArmParameters, phi: Any, rates: Any, xp: ModuleType) ->
 
 def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
     """Torques (2, m) [N m] over times (m,) that move the rigid arm along a unit law."""
+    H = stage.satellite_inertia
 
     def torques(t: Array) -> Array:
         (_, phi), rates, accelerations = joint_motion(stage, law, t)
         eq = rigid_equations(stage.arm, phi, rates, np)
         a1, a2 = np.cumsum(accelerations, axis=0)
+        if H is not None:
+            # the satellite turns against the arm, so that both have no momentum
+            w1, w2 = np.cumsum(rates, axis=0)
+            whole = H + eq.A + eq.B + 2 * eq.c
+            w0 = -((eq.A + eq.c) * w1 + (eq.B + eq.c) * w2) / whole
+            eq = rigid_equations(stage.arm, phi, rates + np.array([w0, 0 * w0]), np)
+            a0 = -((eq.A + eq.c) * a1 + (eq.B + eq.c) * a2 + eq.h1 + eq.h2) / whole
+            a1, a2 = a1 + a0, a2 + a0
         elbow = eq.B * a2 + eq.c * a1 + eq.h2
         return np.array((elbow + eq.A * a1 + eq.c * a2 + eq.h1, elbow))
 

@@ -26,6 +26,7 @@ from models.ancf.joints import Free, joint_rates
 from models.ancf.motion import MinimalCoordinates
 from models.ancf.state import posed
 from ocp.arrays import Array
+from studies.arm.replay.satellite import across
 from studies.arm.stage import ROOT, Stage
 
 FASTEST = (20.0, 45.0)  # [Hz], up to which modes are corrected, where the elbow turns, the root
@@ -115,8 +116,14 @@ def _modes(stage: Stage, chain: Chain, joint: int, angle: float) -> _Modes:
     ]
     rigid = (turned[1] - turned[0]) / (2 * _TURN)
     assembly = MinimalCoordinates(chain, [Free()] * len(chain.links)).assembly
-    x = assembly.gather(rigid)
-    rigid /= np.sqrt(x @ dense(assembly.mass) @ x)
+    x, mass = assembly.gather(rigid), dense(assembly.mass)
+    if stage.carried:
+        # the satellite turns against the joint, so that both have no momentum
+        whole = across(rest.q[:, None])[:, 0]
+        y = assembly.gather(whole)
+        rigid -= whole * (y @ mass @ x) / (y @ mass @ y)
+        x = assembly.gather(rigid)
+    rigid /= np.sqrt(x @ mass @ x)
 
     omega = np.concatenate([[0.0], 2 * np.pi * elastic.frequencies[bending]])
     shapes = np.column_stack([rigid, elastic.shapes[:, bending]])

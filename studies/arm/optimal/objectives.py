@@ -17,7 +17,15 @@ import numpy as np
 
 from ocp import Between, Constant, Functional, Problem, peak
 from ocp.arrays import Array
-from studies.arm.optimal.phase import ArmPhase, arm_phase, column, smoothness, starting_law
+from studies.arm.optimal.phase import (
+    ArmPhase,
+    angular_momentum,
+    arm_phase,
+    column,
+    root_moment,
+    smoothness,
+    starting_law,
+)
 from studies.arm.search_limits import SPARE_DURATION, TIME_WINDOW
 from studies.arm.stage import Stage, TorqueCaps
 from studies.common.exit_codes import StudyError
@@ -86,11 +94,30 @@ def deflection(arm: ArmPhase, stage: Stage) -> Functional:
     return peak(*((arm.phase, s / size) for s in ends), absolute=True)
 
 
+def peak_root_moment(arm: ArmPhase, stage: Stage) -> Functional:
+    """Largest moment that the satellite gives about the root."""
+    moment = root_moment(arm.model, arm.q, arm.v, arm.acceleration)
+    unit = _CONSTANT * float(stage.torque_units[stage.moving[0]])
+    return peak((arm.phase, moment / unit), absolute=True)
+
+
+def peak_momentum(arm: ArmPhase, stage: Stage) -> Functional:
+    """Largest angular momentum that it takes."""
+    unit = float(stage.inertia_turns[stage.moving[0]]) / stage.duration
+    return peak((arm.phase, angular_momentum(arm.model, arm.q, arm.v) / unit), absolute=True)
+
+
 def _second(place: Any, arm: ArmPhase) -> Any:
-    """Second time derivative of an expression of q."""
+    """Second time derivative of a place (2, 1) by q, in fixed axes that the satellite's are at."""
     q, v = column(arm.q), column(arm.v)
-    rate = ca.jtimes(place, q, v)
-    return ca.jtimes(rate, q, v) + ca.jtimes(rate, v, ca.vertcat(*arm.acceleration))
+
+    def rate(expression: Any) -> Any:
+        by_rates = ca.jtimes(expression, v, ca.vertcat(*arm.acceleration))
+        return ca.jtimes(expression, q, v) + by_rates
+
+    moved, w = rate(place), arm.model.satellite_rate(q, v)
+    across, moved_across = (ca.vertcat(-x[1], x[0]) for x in (place, moved))
+    return rate(moved) + rate(w) * across + 2 * w * moved_across - w**2 * place
 
 
 OBJECTIVES: dict[str, Objective] = {
@@ -102,6 +129,8 @@ OBJECTIVES: dict[str, Objective] = {
     "energy": Objective("least energy (mean square torque)", energy),
     "time": Objective("least time", lambda arm, stage: arm.phase.duration / stage.duration),
     "peak-root-reaction": Objective("least peak force at the root", root_reaction, power=2),
+    "peak-root-moment": Objective("least peak moment about the root", peak_root_moment),
+    "peak-root-momentum": Objective("least peak angular momentum at the root", peak_momentum),
     "deflection": Objective("least peak elastic deflection", deflection),
 }
 

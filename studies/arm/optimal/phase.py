@@ -179,6 +179,7 @@ def arm_phase(
         final=final,
         start=start,
         end=duration if end is None else end,
+        bounds=taken_by_the_wheels(model, q, v, acceleration, caps),
         guess=guess,
     )
     bounds = () if left is None else (at_rest(phase, model, q, v, left),)
@@ -191,6 +192,41 @@ def accelerations(
     """Expressions of the accelerations of a reduced arm under the torques."""
     position, rate = column(q), column(v)
     return tuple(solve_small(*model.mass_and_force(position, rate, drives.column)))
+
+
+def taken_by_the_wheels(
+    model: ReducedArm,
+    q: Iterable[State],
+    v: Iterable[State],
+    acceleration: Iterable[Any],
+    caps: TorqueCaps,
+) -> tuple[Bound, ...]:
+    """Caps on what the root passes on to a satellite that is held."""
+    handed, moment = angular_momentum(model, q, v), root_moment(model, q, v, acceleration)
+    taken = (
+        ("momentum handed to the satellite", handed, "N m s", caps.momentum),
+        ("moment of the satellite", moment, "N m", caps.root_moment),
+    )
+    return tuple(
+        Bound(name, value, unit, -_with_margin(cap), _with_margin(cap), scale=cap)
+        for name, value, unit, cap in taken
+        if cap is not None
+    )
+
+
+def angular_momentum(model: ReducedArm, q: Iterable[State], v: Iterable[State]) -> Any:
+    """Of the arm about the root [N m s]."""
+    return model.angular_momentum(column(q), column(v))
+
+
+def root_moment(
+    model: ReducedArm, q: Iterable[State], v: Iterable[State], acceleration: Iterable[Any]
+) -> Any:
+    """Its rate, the moment of the satellite on the arm [N m]."""
+    position, rate = column(q), column(v)
+    handed = model.angular_momentum(position, rate)
+    by_rates = ca.jtimes(handed, rate, ca.vertcat(*acceleration))
+    return ca.jtimes(handed, position, rate) + by_rates
 
 
 def equations_of_motion(

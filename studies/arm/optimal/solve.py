@@ -9,8 +9,10 @@ import numpy as np
 
 from models.arm.reduced_simulation import reduced_modes
 from models.laws.unit_turns import quintic
+from models.numerics import gauss_legendre
 from ocp import Interrupted, NumericalTrouble, OcpError, Solution, Trajectory, solve
 from ocp.arrays import Array
+from studies.arm.laws.rigid import feed_forward
 from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import OBJECTIVES, StatedStage, first_duration, problem
@@ -22,7 +24,7 @@ from studies.arm.search_limits import (
     LENGTHENED,
     LONGER_DURATIONS,
 )
-from studies.arm.stage import ELBOW, Stage, TorqueCaps
+from studies.arm.stage import ELBOW, ROOT, Stage, TorqueCaps
 from studies.common.exit_codes import ExitCode, StudyError
 
 Progress = Callable[[str], None]
@@ -263,6 +265,7 @@ def check_caps(stage: Stage, caps: TorqueCaps) -> None:
     if len(stage.moving) > 1:
         return  # no bound in closed form
     k = stage.moving[0]
+    _check_wheels(stage, caps)
     cap, rate = caps.torque[k], caps.rate[k]
 
     # full torque one way and then the other is the fastest that a rigid arm can do
@@ -276,6 +279,8 @@ def check_caps(stage: Stage, caps: TorqueCaps) -> None:
             ExitCode.INFEASIBLE,
         )
 
+    if stage.satellite_inertia is not None and k == ELBOW:
+        return  # its inertia changes on the way, and the rate has no bound in closed form
     # torque up, down through zero and up again at the rate's cap
     least = _RIGID_RATE * stage.torque_units[k] / stage.duration
     if rate is not None and rate <= least:
@@ -284,3 +289,32 @@ def check_caps(stage: Stage, caps: TorqueCaps) -> None:
             f"N m/s to turn in {stage.duration:g} s; raise the cap or the duration",
             ExitCode.INFEASIBLE,
         )
+
+
+def _check_wheels(stage: Stage, caps: TorqueCaps) -> None:
+    """Refuse caps on what a held satellite takes that even the rigid arm breaks.
+
+    Raises
+    ------
+    StudyError
+        With the least cap.
+    """
+    law, k, T = quintic(stage.duration), stage.moving[0], stage.duration
+    # the momentum is the rate of an integral over the angles, which is the same for any law
+    times, weights = gauss_legendre(_INSTANTS)
+    handed = feed_forward(stage, law)
+    momentum = abs(float(weights @ ((1 - times) * handed(T * times)[ROOT]))) * T
+    if caps.momentum is not None and caps.momentum <= momentum:
+        raise StudyError(
+            f"wheel_momentum is {caps.momentum:g} N m s, but even a rigid arm hands over more than "
+            f"{momentum:.4g} N m s in {T:g} s; raise the cap or the duration",
+            ExitCode.INFEASIBLE,
+        )
+    if k == ROOT and caps.root_moment is not None:
+        least = _RIGID_BOUND * float(stage.torque_units[ROOT])
+        if caps.root_moment <= least:
+            raise StudyError(
+                f"wheel_torque is {caps.root_moment:g} N m, but even a rigid arm needs more than "
+                f"{least:.4g} N m in {T:g} s; raise the cap or the duration",
+                ExitCode.INFEASIBLE,
+            )

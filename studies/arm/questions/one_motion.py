@@ -34,7 +34,6 @@ from studies.arm.replay.full_model import (
 from studies.arm.replay.loads import Loads, loads
 from studies.arm.replay.numerical_floor import numerical_floor
 from studies.arm.replay.sampled import SampledProfile, sampled_to
-from studies.arm.replay.satellite import free_satellite
 from studies.arm.report.profile import (
     accuracy,
     load_series,
@@ -51,7 +50,6 @@ from studies.arm.report.quantities import (
     off_time_quantities,
     optimum_quantities,
     quantities_of,
-    satellite_quantities,
     table_rows,
 )
 from studies.arm.report.traces import Trace, snapshot_series, snapshots_of
@@ -282,9 +280,6 @@ def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Me
     entries = off_time_quantities(replayed)
     if len(study.slew.moving) > 1:
         entries += both_joints_quantities(refined.motion)
-    if study.satellite_inertia is not None:
-        case = free_satellite(replayed, history, study.satellite_inertia)
-        entries += satellite_quantities(case, study)
     return entries
 
 

@@ -7,18 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from models.ancf.analysis import LockedRun, natural_modes, run_and_lock
+from models.ancf.analysis import LockedRun, Modes, natural_modes, residual_energy
 from models.ancf.assembly import dense
+from models.ancf.chain import Chain
 from models.ancf.integrate import StepControl, simulate
-from models.ancf.joints import Joint, Locked
+from models.ancf.joints import Free, Joint
 from models.ancf.motion import MinimalCoordinates
-from models.ancf.state import posed
+from models.ancf.state import NodalState, posed
 from ocp.arrays import Array
-from studies.arm.stage import Stage
+from studies.arm.replay.satellite import SatelliteMotion, lock_on, satellite_motion, seen_from
+from studies.arm.stage import ROOT, Stage
 
 Drive = Literal["torque", "angle"]
 ELEMENTS = 8  # of a link
@@ -83,13 +86,47 @@ class LockedMotion:
     Attributes
     ----------
     motion : Motion
-    run : the simulation, the lock and the motion after it.
-    vibration : what the lock leaves, by mode.
+    fixed : the simulation, the lock and the motion after it, in fixed axes.
+    modes : number of locked modes to report.
     """
 
     motion: Motion
-    run: LockedRun
-    vibration: ResidualVibration
+    fixed: LockedRun
+    modes: int = MODES
+
+    @property
+    def chain_after(self) -> Chain:
+        """The chain after the lock."""
+        return self.motion.stage.chain(self.fixed.before.chain.elements, locked=True)
+
+    @cached_property
+    def satellite(self) -> SatelliteMotion | None:
+        """How a free satellite turns; None if it is held."""
+        if self.motion.stage.satellite_inertia is None:
+            return None
+        return satellite_motion(self.motion.stage, self.fixed.before, self.fixed.after)
+
+    @cached_property
+    def run(self) -> LockedRun:
+        """The run as the satellite sees it."""
+        turning, run = self.satellite, self.fixed
+        if turning is None:
+            return run
+        # modes of the locked arm have no momentum, so that the satellite's rate is not seen in them
+        lock, end = run.engagement, turning.turn[-1:]
+        q, v = seen_from(lock.state.q[:, None], lock.state.v[:, None], end, np.zeros(1))
+        state = NodalState(q[:, 0], v[:, 0])
+        q, v = seen_from(run.before.q, run.before.v, turning.turn, turning.rate)
+        before, after = replace(run.before, q=q, v=v), run.after
+        if after is not None:
+            q, v = seen_from(after.q, after.v, turning.turn_after, turning.rate_after)
+            after = replace(after, q=q, v=v)
+        return replace(run, before=before, engagement=replace(lock, state=state), after=after)
+
+    @cached_property
+    def vibration(self) -> ResidualVibration:
+        """What the lock leaves, by mode."""
+        return residual_vibration(self.run, self.chain_after, self.modes)
 
     @property
     def residual_energy(self) -> float:
@@ -135,33 +172,32 @@ def replay(
     stage = motion.stage
     end = stage.duration if lock_at is None else lock_at
 
-    run = run_and_lock(
-        stage.arm.chain(elements),
-        stage.full_joints(dict(motion.joints)),
-        stage.start_state(elements),
-        sample_times(motion, end),
-        list(stage.moving),
-        targets={k: stage.end[k] for k in stage.moving},
-        after=after,
-        settings=settings or (JUMPS if motion.jumps else SMOOTH),
-    )
+    settings = settings or (JUMPS if motion.jumps else SMOOTH)
+    joints = stage.full_joints(dict(motion.joints))
+    start, times = stage.start_state(elements), sample_times(motion, end)
+    before = simulate(stage.chain(elements), joints, start, times, settings=settings)
+    lock = lock_on(stage, joints, before)
 
-    return LockedMotion(motion, run, residual_vibration(run, modes))
+    chain, swinging = stage.chain(elements, locked=True), None
+    if after is not None:
+        swinging = simulate(chain, lock.joints, lock.state, after, settings=settings)
+    left = residual_energy(chain, lock.joints, lock.state)
+    return LockedMotion(motion, LockedRun(before, lock, swinging, left), modes)
 
 
 def followed(replayed: LockedMotion, after: Array) -> LockedMotion:
     """The same replay, followed beyond its lock at instants (m,) from the lock on [s]."""
-    run = replayed.run
+    run = replayed.fixed
     # a thousandth of the swing; what swings less is followed no finer than the motion was
     tolerance = float(np.clip(1e-3 * replayed.vibration.tip, SMOOTH.tolerance, QUICK.tolerance))
     swinging = simulate(
-        run.before.chain,
+        replayed.chain_after,
         run.engagement.joints,
         run.engagement.state,
         after,
         settings=StepControl(tolerance),
     )
-    return replace(replayed, run=replace(run, after=swinging))
+    return replace(replayed, fixed=replace(run, after=swinging))
 
 
 def steps_for(residual: float, drive: Drive = "torque") -> StepControl:
@@ -190,11 +226,16 @@ def sample_times(motion: Motion, end: float) -> Array:
     return np.asarray(times[(times >= 0) & (times <= end)])
 
 
-def residual_vibration(run: LockedRun, count: int) -> ResidualVibration:
+def residual_vibration(run: LockedRun, chain: Chain, count: int) -> ResidualVibration:
     """Energy and amplitude of the first locked modes, and of tip, elbow and root moment."""
-    chain, lock = run.before.chain, run.engagement
-    rest = posed(chain, [j.angle for j in lock.joints if isinstance(j, Locked)])
-    modes = natural_modes(chain, lock.joints, rest, count=count)
+    lock = run.engagement
+    rest = posed(chain, [float(angle) for angle in lock.angle])
+    free = isinstance(lock.joints[ROOT], Free)
+    modes = natural_modes(chain, lock.joints, rest, count=count + free)
+    if free:
+        # a satellite hangs on the length of the root's slope, too, and swings on it as none does
+        kept = np.flatnonzero(modes.axial_fraction < 0.5)[:count]
+        modes = Modes(modes.frequencies[kept], modes.shapes[:, kept], modes.axial_fraction[kept])
 
     # modal coordinates right after the lock: the shapes are orthonormal in the mass matrix
     assembly = MinimalCoordinates(chain, lock.joints).assembly

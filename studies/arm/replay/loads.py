@@ -15,17 +15,17 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from models.ancf.analysis import engage, residual_energy
-from models.ancf.assembly import dense
+from models.ancf.analysis import residual_energy
 from models.ancf.chain import Chain
 from models.ancf.integrate import Simulation, simulate
-from models.ancf.joints import Free, joint_rates
-from models.ancf.motion import MinimalCoordinates
-from models.ancf.state import NodalState
+from models.ancf.joints import joint_rates
 from ocp.arrays import Array
 from studies.arm.replay.full_model import SAMPLES, SMOOTH, LockedMotion
+from studies.arm.replay.satellite import lock_on, momenta
+from studies.arm.stage import ROOT
 
 EARLY_LATE = 0.1  # [s] that a lock may be early or late
+_BEYOND = 11  # instants of a late lock's motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,21 +72,31 @@ class Loads:
 
 def loads(replayed: LockedMotion) -> Loads:
     """Loads along a replay: even samples until the lock, those of the replay after it."""
-    run = replayed.run
-    chain = run.before.chain
+    run, turning = replayed.fixed, replayed.satellite
+    held = (
+        np.zeros(len(run.before.times)),
+        np.zeros(0 if run.after is None else len(run.after.times)),
+    )
+    rates = held if turning is None else (turning.rate, turning.rate_after)
+    H = 0.0 if turning is None else turning.inertia
+    hubs = H * replayed.motion.stage.carried, H
 
     # rates are those of splines through even instants: both sides of a jump would spoil them
     even = np.linspace(run.before.times[0], run.before.times[-1], SAMPLES)
-    parts = [_along(run.before, np.isin(run.before.times, even))]
-    parts += [_along(run.after)] if run.after is not None else []
+    kept = np.isin(run.before.times, even)
+    parts = [_along(run.before, hubs[0] * rates[0][kept], kept)]
+    parts += [_along(run.after, hubs[1] * rates[1])] if run.after is not None else []
     columns = [np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)]
     times, force, moment, reaction, angular, bending, tip_acceleration = columns
 
     # what the lock adds to the momenta within no time
-    before, after = (
-        momenta(chain, state.q[:, None], state.v[:, None])
-        for state in (run.before.final, run.engagement.state)
-    )
+    state = run.engagement.state
+    q, v = state.q[:, None], state.v[:, None]
+    linear_after, angular_after = momenta(replayed.chain_after, q, v)
+    if H:
+        angular_after -= H * joint_rates(replayed.chain_after, q, v)[ROOT]
+    final = run.before.final
+    linear_before, _ = momenta(run.before.chain, final.q[:, None], final.v[:, None])
     return Loads(
         times=times,
         until=SAMPLES,
@@ -96,46 +106,32 @@ def loads(replayed: LockedMotion) -> Loads:
         angular_momentum=angular,
         bending=bending,
         tip_acceleration=tip_acceleration,
-        force_impulse=(after[0] - before[0])[:, 0],
-        moment_impulse=float((after[1] - before[1])[0]),
+        force_impulse=(linear_after - linear_before)[:, 0],
+        moment_impulse=float(angular_after[0] - parts[0][4][-1]),
     )
 
 
-def _along(run: Simulation, kept: NDArray[np.bool_] | slice = slice(None)) -> tuple[Array, ...]:
-    """Times, force, moment, reaction, angular momentum, bending and acceleration of a run."""
+def _along(
+    run: Simulation, of_the_satellite: Array, kept: NDArray[np.bool_] | slice = slice(None)
+) -> tuple[Array, ...]:
+    """Times, force, moment, reaction, angular momentum, bending and acceleration of a run.
+
+    `of_the_satellite` is the momentum of one that is part of the hub: the arm has the rest.
+    """
     chain, times = run.chain, run.times[kept]
     q, v = run.q[:, kept], run.v[:, kept]
     linear, angular = momenta(chain, q, v)
+    angular -= of_the_satellite
     tip_velocity = v[list(chain.slots(1, -1)[:2])]
     bending = np.array([bending_moments(chain, k, q) for k in range(len(chain.links))])
     tip_acceleration = np.linalg.norm(_rate(tip_velocity, times), axis=0)
     force, moment = _rate(linear, times), _rate(angular, times)
-    return times, force, moment, run.torque[0, kept], angular, bending, tip_acceleration
+    reaction = run.torque[0, kept] - _rate(of_the_satellite, times)
+    return times, force, moment, reaction, angular, bending, tip_acceleration
 
 
 def _rate(values: Array, times: Array) -> Array:
     return np.asarray(CubicSpline(times, values, axis=-1)(times, 1))
-
-
-def momenta(chain: Chain, q: Array, v: Array) -> tuple[Array, Array]:
-    """Linear (2, m) [N s] and angular (m,) [N m s] momentum about the root.
-
-    Translations and the rotation about the root are exact motions of the elements, so that both
-    are products of the mass matrix with them: that of a chain whose root is not pinned, as the
-    root too moves in a translation.
-    """
-    flying = dataclasses.replace(chain, pinned=False)
-    assembly = MinimalCoordinates(flying, [Free()] * len(chain.links)).assembly
-    momentum = dense(assembly.mass) @ np.column_stack([assembly.gather(x) for x in v.T])
-
-    axis = np.arange(chain.size) % 4  # 0 and 1: positions along x and y; 2 and 3: slopes
-    linear = [assembly.gather((axis == k).astype(float)) @ momentum for k in (0, 1)]
-
-    # a rotation about the root turns positions and slopes alike by a right angle
-    turned = np.empty_like(q)
-    turned[0::2], turned[1::2] = -q[1::2], q[0::2]
-    spin = np.column_stack([assembly.gather(x) for x in turned.T])
-    return np.array(linear), (spin * momentum).sum(axis=0)
 
 
 def bending_moments(chain: Chain, link: int, q: Array) -> Array:
@@ -204,23 +200,25 @@ class OffTime:
 
 def early_and_late(replayed: LockedMotion) -> tuple[OffTime, OffTime]:
     """The motion locked `EARLY_LATE` too early, and too late; the joints are free until then."""
-    stage, run = replayed.motion.stage, replayed.run.before
+    stage, run = replayed.motion.stage, replayed.fixed.before
     joints = stage.full_joints(dict(replayed.motion.joints))
     end = float(run.times[-1])
 
+    # the satellite's turn goes on from the whole motion until the lock
     i = int(np.argmin(np.abs(run.times - (end - EARLY_LATE))))
-    early = NodalState(run.q[:, i], run.v[:, i])
-    beyond = np.array([end, end + EARLY_LATE])
-    late = simulate(run.chain, joints, run.final, beyond, settings=SMOOTH).final
+    beyond = simulate(
+        run.chain, joints, run.final, np.linspace(end, end + EARLY_LATE, _BEYOND), settings=SMOOTH
+    )
 
-    def locked(state: NodalState, time: float) -> OffTime:
-        targets = {k: stage.end[k] for k in stage.moving}
-        lock = engage(run.chain, joints, state, stage.moving, time=time, targets=targets)
-        left = residual_energy(run.chain, lock.joints, lock.state)
+    def locked(times: Array, q: Array, v: Array) -> OffTime:
+        lock = lock_on(stage, joints, dataclasses.replace(run, times=times, q=q, v=v))
+        left = residual_energy(replayed.chain_after, lock.joints, lock.state)
         miss = max(abs(off) for off in lock.miss.values())
         return OffTime(left, miss, float(np.abs(lock.impulse).max()))
 
-    return locked(early, float(run.times[i])), locked(late, float(beyond[-1]))
+    early = locked(run.times[: i + 1], run.q[:, : i + 1], run.v[:, : i + 1])
+    both = zip((run.times, run.q, run.v), (beyond.times, beyond.q, beyond.v), strict=True)
+    return early, locked(*(np.concatenate([a, b[..., 1:]], axis=-1) for a, b in both))
 
 
 def modal_ratios(replayed: LockedMotion, assumed: float) -> Array:

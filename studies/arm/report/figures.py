@@ -82,6 +82,28 @@ def motion_figures(result: Result) -> Iterator[tuple[str, Figure]]:
         caps=_caps(result),
         snapshots=read_snapshots(result),
     )
+    if "loads/root_moment" in result.arrays:
+        yield "satellite", satellite_figure(result, scene)
+
+
+def satellite_figure(result: Result, scene: Scene) -> Figure:
+    """Moment and momentum that a satellite takes, beside its wheels' caps, or how far it turns."""
+    caps = {row.key: row.cap for row in result.table}
+    shown = [
+        ("root_moment", "moment about the root [N m]", 1.0, caps["peak_root_moment"]),
+        ("angular_momentum", "momentum of the arm [N m s]", 1.0, caps["peak_angular_momentum"]),
+        ("satellite_angle", "turn of the satellite [deg]", float(np.degrees(1.0)), None),
+    ]
+    shown = [one for one in shown if f"loads/{one[0]}" in result.arrays]
+    figure, axes = _row(len(shown), scene, "the satellite")
+    time = result.arrays["loads/time"].values
+    for panel, (name, words, unit, cap) in zip(axes, shown, strict=True):
+        panel.plot(time, unit * result.arrays[f"loads/{name}"].values, color=COLOURS[0])
+        panel.axvline(scene.duration, color="0.5", lw=0.8)
+        for limit in () if cap is None else (-cap, cap):
+            panel.axhline(limit, color="0.4", lw=0.8, ls=":")
+        label_axes(panel, "time [s], grey: the lock", words)
+    return figure
 
 
 def figures_of(

@@ -115,6 +115,12 @@ def load_series(history: Loads, replayed: LockedMotion) -> dict[str, Series]:
         "lock_impulse_root": ("N m s", once(impulse[0]), "of the lock"),
         "lock_impulse_elbow": ("N m s", once(impulse[1]), "of the lock"),
     }
+    if (turning := replayed.satellite) is not None:
+        before = np.interp(
+            history.times[: history.until], replayed.fixed.before.times, turning.turn
+        )
+        turn = np.concatenate([before, turning.turn_after])
+        columns["satellite_angle"] = ("rad", turn, "of the satellite, against its own at the start")
     return {
         f"loads/{name}": Series(unit, LOAD_AXIS, values, meaning)
         for name, (unit, values, meaning) in columns.items()

@@ -1,5 +1,6 @@
 """A small torque added to any law brings the full model to rest."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,10 @@ from studies.cli import main
 from studies.common.result import Result
 
 
+@pytest.mark.parametrize("inertia", [None, 2000.0])
 @pytest.mark.parametrize(("stage", "joint"), [(big_arm(8.6), ROOT), (small_arm(11.2), ELBOW)])
-def test_what_a_law_leaves_is_taken_away_by_little_torque(stage, joint):
+def test_what_a_law_leaves_is_taken_away_by_little_torque(stage, joint, inertia):
+    stage = dataclasses.replace(stage, satellite_inertia=inertia)
     law = feed_forward(stage, quintic(stage.duration))
     none = PPoly(np.zeros((1, 1)), np.array([0.0, stage.duration]))
     more, left = {joint: none}, []

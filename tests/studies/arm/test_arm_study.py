@@ -14,7 +14,7 @@ from studies.arm.laws.unit_laws import baselines, shaped_bang_bang
 from studies.arm.optimal.refinement import FLOOR, refine
 from studies.arm.optimal.solve import check_bending, solve_stage
 from studies.arm.replay.full_model import Motion, replay
-from studies.arm.replay.loads import momenta
+from studies.arm.replay.satellite import momenta
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
 from studies.common.configuration import read_toml

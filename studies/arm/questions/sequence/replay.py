@@ -17,11 +17,9 @@ from studies.arm.questions.sequence.problem import Sequence
 from studies.arm.questions.sequence.solve import SequenceLaw
 from studies.arm.replay.full_model import (
     ELEMENTS,
-    MODES,
     SAMPLES,
     LockedMotion,
     Motion,
-    residual_vibration,
     steps_for,
 )
 from studies.arm.replay.reduced_model import method_for
@@ -121,8 +119,7 @@ def replay_drives(
         Motion("small arm", "torque", stages[1], {ELBOW: elbow}),
     )
     big, small = (
-        LockedMotion(motion, run, residual_vibration(run, MODES))
-        for motion, run in zip(motions, (first, second), strict=True)
+        LockedMotion(motion, run) for motion, run in zip(motions, (first, second), strict=True)
     )
     return SequenceReplay(big, small)
 

@@ -1,0 +1,99 @@
+"""Motions that are planned on a satellite that turns, and caps of its wheels where it is held."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from studies.arm.config import ArmStudy
+from studies.arm.optimal.solve import check_caps, solve_stage
+from studies.arm.replay.full_model import CLOSE, replay
+from studies.arm.replay.loads import loads
+from studies.arm.stage import ELBOW, TorqueCaps, big_arm, small_arm
+from studies.common.exit_codes import StudyError
+
+H = 2000.0
+
+
+def on_satellite(stage):
+    return dataclasses.replace(stage, satellite_inertia=H)
+
+
+def replay_of(motion):
+    return replay(motion, settings=CLOSE)
+
+
+def test_a_small_arm_that_is_planned_with_the_satellite_arrives_and_rests():
+    """What a plan for a held satellite leaves on a free one, derived elsewhere: 0.4 J, 2 deg."""
+    held, free = (solve_stage(stage) for stage in (small_arm(11.2), on_satellite(small_arm(11.2))))
+    # the plan of the held arm on the satellite that turns
+    unplanned = dataclasses.replace(held.motion("torque"), stage=on_satellite(held.stage))
+    left = replay_of(unplanned)
+    assert left.residual_energy == pytest.approx(0.524, rel=2e-3)
+    assert math.degrees(left.miss) == pytest.approx(6.195, rel=2e-3)
+
+    planned = replay_of(free.motion("torque"))
+    assert planned.residual_energy < 1e-8
+    assert math.degrees(planned.miss) < 1e-3
+    # the joint's inertia is less where the satellite gives way
+    assert free.peak_torque[ELBOW] / held.peak_torque[ELBOW] == pytest.approx(0.911, abs=2e-3)
+
+
+def test_a_big_arm_that_is_planned_with_the_satellite_turns_its_joint_by_90_deg():
+    motion = solve_stage(on_satellite(big_arm(8.6)))
+    done = replay_of(motion.motion("torque"))
+    assert done.residual_energy < 1e-8
+    assert done.miss < 1e-5
+    turned = done.fixed.before.joint_angles()[0, -1] - done.satellite.turn[-1]
+    assert turned == pytest.approx(math.pi / 2, abs=1e-5)
+    assert math.degrees(done.satellite.turn[-1]) == pytest.approx(-1.696, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("stage", "caps"),
+    [
+        (small_arm(11.2), TorqueCaps(momentum=75.0)),
+        (small_arm(11.2), TorqueCaps(root_moment=40.0)),
+        (big_arm(8.6), TorqueCaps(root_moment=4.0)),
+    ],
+    ids=["momentum", "moment under a locked root", "moment under a driven root"],
+)
+def test_the_wheels_caps_hold_on_the_full_model(stage, caps):
+    motion = solve_stage(stage, caps=caps)
+    done = replay_of(motion.motion("torque"))
+    history = loads(done)
+    assert done.residual_energy < 1e-7
+    for values, cap in (
+        (history.angular_momentum, caps.momentum),
+        (history.moment[: history.until], caps.root_moment),
+    ):
+        if cap is not None:
+            assert np.abs(values).max() == pytest.approx(cap, rel=1e-3)  # it acts, and is kept
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"wheel_torque": 5.0}, "wheel_torque is 5, but the satellite of 2000 kg m.2 is free"),
+        ({"wheel_momentum": 5.0}, "wheel_momentum is 5, but the satellite of 2000 kg m.2 is free"),
+        ({"stage": "both"}, "the stage 'both' turns both joints.*give big or small"),
+        ({"drive": "angle"}, "root on a given angle.*give drive = torque"),
+        ({"satellite_inertia": 0.0}, "satellite_inertia is 0.0; give a finite positive"),
+    ],
+)
+def test_what_is_not_modelled_is_refused(stated, words):
+    with pytest.raises(StudyError, match=words):
+        ArmStudy(**{"satellite_inertia": H, **stated})
+
+
+@pytest.mark.parametrize(
+    ("stage", "caps", "words"),
+    [
+        (big_arm(8.6), TorqueCaps(momentum=7.0), "hands over more than 7.017 N m s in 8.6 s"),
+        (big_arm(8.6), TorqueCaps(root_moment=3.0), "needs more than 3.264 N m in 8.6 s"),
+    ],
+)
+def test_caps_that_even_a_rigid_arm_breaks_are_refused_with_the_least(stage, caps, words):
+    with pytest.raises(StudyError, match=words):
+        check_caps(stage, caps)
