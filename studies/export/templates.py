@@ -71,19 +71,19 @@ class Number(float):
         return format(self)
 
     def __mul__(self, other: float) -> Number:
-        return self._scaled(float(other), 0.0)
+        return self._scaled(_plain(other), 0.0)
 
     def __truediv__(self, other: float) -> Number:
-        return self._scaled(1.0 / other, 0.0)
+        return self._scaled(1.0 / _plain(other), 0.0)
 
     def __add__(self, other: float) -> Number:
-        return self._scaled(1.0, float(other))
+        return self._scaled(1.0, _plain(other))
 
     def __sub__(self, other: float) -> Number:
-        return self._scaled(1.0, -float(other))
+        return self._scaled(1.0, -_plain(other))
 
     def __rsub__(self, other: float) -> Number:
-        return self._scaled(-1.0, float(other))
+        return self._scaled(-1.0, _plain(other))
 
     # a float would have lost the marks
     def __round__(self, digits: int | None = None) -> Number:  # type: ignore[override]
@@ -93,6 +93,16 @@ class Number(float):
         return self._scaled(-1.0, 0.0)
 
     __rmul__, __radd__ = __mul__, __add__
+
+
+def _plain(other: float) -> float:
+    """A number that is of no point: a device that adds differences up adds their rounding, too."""
+    if isinstance(other, Number):
+        raise TypeError(
+            "two numbers of points are joined; take displacement and duration for differences, or "
+            "make a plain number of one by the filter float"
+        )
+    return float(other)
 
 
 def _number(value: float, kinds: dict[Kind, int], kind: int, row: int) -> Number:
@@ -200,7 +210,9 @@ class TableTemplate:
             lines = traceback.extract_tb(error.__traceback__)
             line = next((one.lineno for one in reversed(lines) if one.filename == self.name), None)
             place = self.name + (f", line {line}" if line else "")
-            known = ", ".join(sorted({*values, *self.layout.columns, "time", "position"}))
+            known = (
+                f"{', '.join(sorted(values))}, and of a point {', '.join(values['points'].columns)}"
+            )
             hint = f"; known are {known}" if isinstance(error, UndefinedError) else ""
             what = f"{type(error).__name__}, {error}{hint}"
             raise StudyError(f"the template {place} fails: {what}") from error

@@ -79,7 +79,7 @@ def test_the_template_of_the_documents_is_understood(short: Result, template: Wr
         ('{{ "{:.2f}".format(point.position) }}', 0.01),
         ('{{ "{:.1f}".format(100 * point.position) }}', 0.001),
         ('{{ "{:.2f}".format(7 - point.position) | replace(".", ",") }}', 0.01),
-        ("{{ (point.position - points[-1].position) | round(2) }}", 0.01),
+        ("{{ (point.position - (points[-1].position | float)) | round(2) }}", 0.01),
         ('{{ "{:9.0f}".format(-point.position / 0.001) }}', 0.001),
         ("{{ point.position | real }}", 0.0),
     ],
@@ -160,6 +160,10 @@ def test_a_format_of_the_program_is_a_template_like_any_other(
         (
             HEAD + "\n{{ 1 / 0 }}\n" + ROW,
             "own.j2, line 3 fails: ZeroDivisionError, division by zero",
+        ),
+        (
+            HEAD + ROW.replace("point.position", "point.position - points[loop.index0].position"),
+            "line 3 fails: TypeError, two numbers of points are joined; take displacement and",
         ),
         (
             HEAD + '{% include "/etc/passwd" %}\n',
