@@ -28,9 +28,11 @@ from models.truss.dynamics import (
     rope_force,
     static_force,
     static_peak,
+    static_torque,
 )
 from models.truss.evaluate import TrussMotion, evaluate_motion
-from models.truss.friction import joint_damping, joint_loss
+from models.truss.friction import coulomb_torque, joint_damping, joint_loss
+from models.truss.gravity import gravity_potential, gravity_slope
 from models.truss.inertia import (
     inertia,
     inertia_slope,
@@ -110,10 +112,13 @@ __all__ = [
     "bar_forces",
     "buckling_load",
     "buckling_shares",
+    "coulomb_torque",
     "evaluate_motion",
     "extreme_bar_forces",
     "far_end_ratio",
     "force_coefficients",
+    "gravity_potential",
+    "gravity_slope",
     "hauled_rope",
     "hoop_force",
     "inertia",
@@ -157,6 +162,7 @@ __all__ = [
     "slider_distance_third",
     "static_force",
     "static_peak",
+    "static_torque",
     "stretching_ratio",
     "tension_ratios",
     "total_mass",

@@ -20,11 +20,13 @@ with the upper sign for the left half of a module, seen from outside with the mo
 and V are in `shear`, T is the tension of the rope along that half, S = k1 (l0 - e). The moments of
 half a cross-bar about its bar end then balance as well, for T1 as in (38).
 
-In motion, slider friction and the joint torques (27) act too, and the inertia of `inertia_loads`.
+Slider friction and the joint torques act too, viscous ones (27) in motion and Coulomb's also at
+rest, and the inertia of `inertia_loads`.
 N presses the corners outward against net and inertia. The ring's centre moves, as one corner is
 fixed, and the fixed bar's reaction drives it. Its part that is the same at all corners works
 against the opening, and is included: without it the forces would miss (38). What is left of it
-moves the ring as a whole and bends it; that is left out.
+moves the ring as a whole and bends it; that is left out. Weight and friction of a test bench enter
+in the same way, by their parts of the hoop force.
 
 Symbols: T1 [N] motor force on one rope; alpha [rad], omega [rad/s], acc [rad/s^2].
 """
@@ -36,6 +38,8 @@ from typing import NamedTuple
 
 import casadi as ca
 
+from models.truss.friction import off_load_push
+from models.truss.gravity import gravity_push
 from models.truss.inertia_loads import InertiaLoads, inertia_loads, inertia_push
 from models.truss.kinematics import (
     Expression,
@@ -95,8 +99,9 @@ def bar_forces(
     along, across = (c * sine**2 - h * cosine) / d, e * sine / d  # p . u and u x p
 
     loads = inertia_loads(parameters, alpha, omega, acc)
-    twist = parameters.joint_friction * omega * (1 + 2 * link_ratio(parameters, alpha)) / d
-    bend = 2 * parameters.joint_friction * omega  # of the middle joint
+    viscous, rough = parameters.joint_friction * omega, parameters.joint_coulomb
+    twist = (viscous * (1 + 2 * link_ratio(parameters, alpha)) + 2 * rough) / d
+    bend = 2 * viscous + rough  # of the middle joint
     shear = self_stress + module_shear(parameters, alpha, tension, module)
     push = hoop_force(parameters, alpha, omega, acc, net)
 
@@ -172,7 +177,8 @@ def hoop_force(
     half = math.sin(math.pi / parameters.modules)
     radius = parameters.half_cross_bar / half
     of_net = parameters.net_stiffness * radius * net_stretch(parameters, alpha, net)
-    return of_net / (2 * half) + inertia_push(parameters, alpha, omega, acc)
+    of_bench = gravity_push(parameters) + off_load_push(parameters)
+    return of_net / (2 * half) + of_bench + inertia_push(parameters, alpha, omega, acc)
 
 
 def _mean_link(
@@ -187,7 +193,8 @@ def _mean_link(
     spring = parameters.spring_stiffness * (
         parameters.spring_free_length - slider_distance(parameters, alpha)
     )
-    rubbing = -parameters.slider_friction * slider_distance_slope(parameters, alpha) * omega
+    viscous = -parameters.slider_friction * slider_distance_slope(parameters, alpha) * omega
+    rubbing = viscous + parameters.slider_coulomb
     lean = 2 * twist * parameters.crank * ca.sin(alpha) / parameters.link
     pull = mean_slider_pull(parameters, alpha, tension) - spring - rubbing - lean
     return parameters.link / (2 * link_height(parameters, alpha)) * (pull + 2 * loads.slider[1])

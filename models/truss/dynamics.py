@@ -3,12 +3,13 @@
 Symbols: T1 [N] motor force on one rope; J [kg m^2]; U [J]; D [N m s/rad]; f [m]; alpha [rad],
 omega [rad/s], acc [rad/s^2].
 
-    J acc + J' omega^2 / 2 + D omega + U' = T1 f
+    J acc + J' omega^2 / 2 + D omega + C + U' = T1 f
 
+C [N m] is Coulomb friction, at rest, too: U' + C is what the ropes have to overcome to start.
 A rotor behind gear and drum acts as a mass m [kg] on each rope. With s [m] rope hauled in, a motor
 that pulls with F leaves T1 = F - m s'' for the rope, and s'' = s' acc + s'' omega^2 by the angle:
 
-    (J + m f s') acc + (J' / 2 + m f s'') omega^2 + D omega + U' = F f
+    (J + m f s') acc + (J' / 2 + m f s'') omega^2 + D omega + C + U' = F f
 
 The friction opposes the motion; (38) prints it with the opposite sign if (27) is inserted.
 """
@@ -21,7 +22,7 @@ from typing import NamedTuple
 import casadi as ca
 
 from models.numerics import dense_peak
-from models.truss.friction import joint_damping
+from models.truss.friction import coulomb_torque, joint_damping
 from models.truss.inertia import inertia, inertia_slope
 from models.truss.kinematics import Expression, rope_acceleration, rope_speed
 from models.truss.parameters import TrussParameters
@@ -32,7 +33,7 @@ from models.truss.rope import rope_leverage
 class ForceCoefficients(NamedTuple):
     """T1 = static + centrifugal omega^2 + viscous omega + inertial acc, functions of alpha."""
 
-    static: Expression  # c0 = U'/f [N]
+    static: Expression  # c0 = (U' + C)/f [N]
     centrifugal: Expression  # c1 = J'/(2 f) [N s^2]
     viscous: Expression  # c2 = D/f [N s]
     inertial: Expression  # c3 = J/f [N s^2]
@@ -44,7 +45,7 @@ def force_coefficients(
     """Return the four functions of alpha that make up the rope force, (38)."""
     f = rope_leverage(parameters, alpha)
     return ForceCoefficients(
-        static=potential_slope(parameters, alpha, net) / f,
+        static=static_torque(parameters, alpha, net) / f,
         centrifugal=inertia_slope(parameters, alpha) / (2 * f),
         viscous=joint_damping(parameters, alpha) / f,
         inertial=inertia(parameters, alpha) / f,
@@ -81,7 +82,7 @@ def angular_acceleration(
         tension * rope_leverage(parameters, alpha)
         - inertia_slope(parameters, alpha) * omega**2 / 2
         - joint_damping(parameters, alpha) * omega
-        - potential_slope(parameters, alpha, net)
+        - static_torque(parameters, alpha, net)
     )
     mass = inertia(parameters, alpha)
     if rotor:
@@ -92,11 +93,21 @@ def angular_acceleration(
     return torque / mass
 
 
+def static_torque(
+    parameters: TrussParameters, alpha: Expression, net: Net = "by angle"
+) -> Expression:
+    """U' + C [N m], what the ropes have to overcome at rest."""
+    return potential_slope(parameters, alpha, net) + coulomb_torque(parameters, alpha)
+
+
 def static_force(
     parameters: TrussParameters, alpha: Expression, net: Net = "by angle"
 ) -> Expression:
-    """U'/f [N], the motor force on each rope that holds the truss at rest."""
-    return potential_slope(parameters, alpha, net) / rope_leverage(parameters, alpha)
+    """(U' + C)/f [N], the motor force on each rope that just does not open the truss at rest.
+
+    Without Coulomb friction it is the force that holds the truss.
+    """
+    return static_torque(parameters, alpha, net) / rope_leverage(parameters, alpha)
 
 
 class StaticPeak(NamedTuple):
@@ -107,7 +118,7 @@ class StaticPeak(NamedTuple):
 
 
 def static_peak(parameters: TrussParameters) -> StaticPeak:
-    """Maximum of U'/f from stowed to open, at the truss's own pulley friction.
+    """Maximum of (U' + C)/f from stowed to open, at the truss's own pulley friction.
 
     It is the ridge that every slow deployment has to cross.
     """

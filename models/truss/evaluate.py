@@ -44,7 +44,7 @@ class TrussMotion:
     buckling_share : largest push in a bar of any module, as part of its buckling load [-].
     bar_force : largest push or pull in a link or cross-bar of any module [N].
     motor_power : -2 T1 dL/dt [W], of both ropes.
-    joint_power, pulley_power : dissipated [W].
+    joint_power, pulley_power : dissipated [W], the former in joints, sliders and off-load.
     kinetic_energy, potential_energy : [J], (22), (26).
     momentum, reaction_force : along the line from the fixed bar to the centre [N s, N].
     """
@@ -96,7 +96,7 @@ def evaluate_motion(
     ------
     ModelError
         If shapes differ, a value is not finite, an angle lies outside (0, 90 deg], or the speed
-        is negative with pulley friction, whose sense would turn round.
+        is negative with pulley or Coulomb friction, whose sense would turn round.
     """
     alpha, omega, acc = (
         np.atleast_1d(np.asarray(values, dtype=float)) for values in (angle, speed, acceleration)
@@ -177,8 +177,10 @@ def _check_motion(parameters: TrussParameters, alpha: Array, omega: Array, acc: 
     )
 
     slowest = omega.min()
+    names = ("pulley_friction", "joint_coulomb", "slider_coulomb", "off_load_friction")
+    rubs = [name for name in names if getattr(parameters, name) != 0]
     require(
-        parameters.pulley_friction == 0 or slowest >= -_BACKWARD_SLACK * np.abs(omega).max(),
-        f"the speed falls to {slowest:g} rad/s, but pulley friction is modelled for a rope hauled "
-        "in only; keep the speed non-negative or set pulley_friction to 0.",
+        not rubs or slowest >= -_BACKWARD_SLACK * np.abs(omega).max(),
+        f"the speed falls to {slowest:g} rad/s, but pulley and Coulomb friction are modelled for a "
+        f"truss that opens; keep the speed non-negative or set {', '.join(rubs)} to 0.",
     )

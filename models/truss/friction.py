@@ -1,9 +1,16 @@
-"""Viscous friction of the joints, (27).
+"""Friction of joints and sliders: viscous, (27), and Coulomb's, with that of a test bench.
 
-Symbols: D [N m s/rad]; xi1 [N m s/rad], xi2 [N s/m]; g link ratio; omega [rad/s].
+The truss only opens, so that a Coulomb force has one sign and needs no smoothing. It has its full
+value at rest: a motor force below that does not start the truss.
+
+Symbols: D [N m s/rad]; xi1 [N m s/rad], xi2 [N s/m]; C [N m]; g link ratio; omega [rad/s].
 """
 
 from __future__ import annotations
+
+import math
+
+import casadi as ca
 
 from models.truss.kinematics import Expression, link_ratio, slider_distance_slope
 from models.truss.parameters import TrussParameters
@@ -19,6 +26,33 @@ def joint_damping(parameters: TrussParameters, alpha: Expression) -> Expression:
     )
 
 
+def coulomb_torque(parameters: TrussParameters, alpha: Expression) -> Expression:
+    """C(alpha) [N m]: the generalised force of all Coulomb friction is -C while the truss opens.
+
+    By virtual work over the turns of the joints in (27), the ways of the 2 n sliders, and the
+    chords on which the vertical bars move away from the fixed one.
+    """
+    turning = (
+        4 + 4 * link_ratio(parameters, alpha) + 4 * (1 + link_ratio(parameters, alpha)) + 2 * 2
+    )
+    sliding = -2 * slider_distance_slope(parameters, alpha)
+    hung = off_load_push(parameters) * 4 * parameters.half_cross_bar * ca.cos(alpha)
+    return parameters.modules * (
+        parameters.joint_coulomb * turning + parameters.slider_coulomb * sliding + hung
+    )
+
+
+def off_load_push(parameters: TrussParameters) -> Expression:
+    """Part of the hoop force on one face that the friction of the off-load takes [N].
+
+    A corner of the ring is sin(pi k/n)/sin(pi/n) sides from the fixed one. These chords sum up to
+    cot(pi/2n)/sin(pi/n) sides, and a hoop force does work on 2 n sides.
+    """
+    n = parameters.modules
+    chords = 1 / (math.tan(math.pi / (2 * n)) * math.sin(math.pi / n))
+    return parameters.off_load_friction * chords / (2 * n)
+
+
 def joint_loss(parameters: TrussParameters, alpha: Expression, omega: Expression) -> Expression:
-    """Power dissipated in the joints [W], D omega^2."""
-    return joint_damping(parameters, alpha) * omega**2
+    """Power dissipated in joints, sliders and off-load [W], D omega^2 + C omega."""
+    return joint_damping(parameters, alpha) * omega**2 + coulomb_torque(parameters, alpha) * omega

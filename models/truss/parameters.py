@@ -75,6 +75,12 @@ class TrussParameters:
     joint_friction : xi1 [N m s/rad], viscous friction of the rotating joints.
     slider_friction : xi2 [N s/m], viscous friction of the sliders.
     pulley_friction : mu [-], between rope and pulley.
+    joint_coulomb : [N m], Coulomb torque of each rotating joint, at full value at rest.
+    slider_coulomb : [N], Coulomb friction of each slider, at full value at rest.
+    gravity : [m/s^2], in the ring's frame: from the fixed bar towards the ring's centre, across
+        that in the plane of the ring, and along its axis. Only the first does work.
+    off_load : [-], share of the weight that a test bench carries.
+    off_load_friction : [N], with which the bench holds each vertical bar back on its path.
     linear_density : rho [kg/m], of all rods.
     elastic_modulus : E [Pa], of all rods, which are tubes of 20 and 18 mm; for buckling only.
     joint_masses : point masses at the nodes [kg].
@@ -105,6 +111,11 @@ class TrussParameters:
     joint_friction: float = 0.1
     slider_friction: float = 0.1
     pulley_friction: float = 0.0
+    joint_coulomb: float = 0.0
+    slider_coulomb: float = 0.0
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    off_load: float = 0.0
+    off_load_friction: float = 0.0
     linear_density: float = TUBE_LINEAR_DENSITY
     elastic_modulus: float = TUBE_ELASTIC_MODULUS
     joint_masses: JointMasses = field(default_factory=JointMasses)
@@ -132,7 +143,15 @@ _NOT_NEGATIVE = (
     "joint_friction",
     "slider_friction",
     "pulley_friction",
+    "joint_coulomb",
+    "slider_coulomb",
+    "off_load",
+    "off_load_friction",
 )
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)
 
 
 def _require_number(name: str, value: object, *, zero: bool = False) -> None:
@@ -153,6 +172,17 @@ def _check_values(p: TrussParameters) -> None:
         _require_number(name, getattr(p, name))
     for name in _NOT_NEGATIVE:
         _require_number(name, getattr(p, name), zero=True)
+
+    require(
+        p.off_load <= 1,
+        f"off_load is {p.off_load:g}; give the share of the weight that is carried, from 0 to 1.",
+    )
+    gravity: object = p.gravity
+    require(
+        isinstance(gravity, tuple) and len(gravity) == 3 and all(map(_is_finite, gravity)),
+        f"gravity is {shortened(gravity)}; give three finite numbers in m/s^2: towards the ring's "
+        "centre, across that, and along its axis.",
+    )
 
     modules: object = p.modules
     require(

@@ -1,4 +1,4 @@
-"""Potential energy of springs and cable net, (24)-(26).
+"""Potential energy of springs and cable net, (24)-(26), and of the weight on a test bench.
 
 Symbols: U [J]; e [m] slider distance, l0 [m] free length, k1, k2 [N/m] stiffness of springs and
 net; alpha_c [rad] angle from which the net is taut. A prime is a derivative by alpha.
@@ -15,6 +15,7 @@ from typing import Literal
 import casadi as ca
 
 from models.errors import require
+from models.truss.gravity import gravity_potential, gravity_slope
 from models.truss.kinematics import Expression, slider_distance, slider_distance_slope
 from models.truss.parameters import TrussParameters
 
@@ -22,11 +23,12 @@ Net = Literal["by angle", "slack", "taut"]
 
 
 def potential(parameters: TrussParameters, alpha: Expression, net: Net = "by angle") -> Expression:
-    """U(alpha) [J], (26)."""
+    """U(alpha) [J], (26) and that of the weight."""
     squeeze = parameters.spring_free_length - slider_distance(parameters, alpha)
     springs = parameters.modules * parameters.spring_stiffness * squeeze**2  # (24)
     taut = _net_stiffness(parameters) * _taut_stretch(parameters, alpha) ** 2 / 2  # (25)
-    return springs + _where_taut(parameters, alpha, net, taut)
+    weight = gravity_potential(parameters, alpha)
+    return springs + weight + _where_taut(parameters, alpha, net, taut)
 
 
 def potential_slope(
@@ -37,7 +39,7 @@ def potential_slope(
     slope = slider_distance_slope(parameters, alpha)
     springs = -2 * parameters.modules * parameters.spring_stiffness * squeeze * slope
     taut = _net_stiffness(parameters) * _taut_stretch(parameters, alpha) * ca.cos(alpha)
-    return springs + _where_taut(parameters, alpha, net, taut)
+    return springs + gravity_slope(parameters, alpha) + _where_taut(parameters, alpha, net, taut)
 
 
 def net_stretch(

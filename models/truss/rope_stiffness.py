@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike
 
 from models.arrays import Array, elementwise
 from models.numerics import dense_peak
-from models.truss.dynamics import rope_force, static_force
+from models.truss.dynamics import rope_force, static_force, static_torque
 from models.truss.inertia import inertia
 from models.truss.kinematics import Expression, rope_length, rope_speed
 from models.truss.parameters import TrussParameters
@@ -148,9 +148,7 @@ def _at_rest(parameters: TrussParameters, yields: RopeYields) -> ca.Function:
     def slope(expression: Expression) -> Expression:
         return ca.jacobian(ca.SX(expression), alpha)
 
-    rest = (
-        slope(potential_slope(parameters, alpha)) - tension * slope(f) + f * tension * slope(c) / c
-    )
+    rest = slope(static_torque(parameters, alpha)) - tension * slope(f) + f * tension * slope(c) / c
     outputs = [-rest / lever, (rest + k * lever) / inertia(parameters, alpha)]
     kernel: ca.Function = ca.Function(
         "at_rest", [alpha, k], [ca.densify(one) for one in outputs], {"cse": True}

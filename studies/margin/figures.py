@@ -19,6 +19,8 @@ SHADES = (
     "#e59a4b",
     "#7a9a3a",
     "#b6c96a",
+    "#4f7f7a",
+    "#9fc4bf",
     "#8a6fae",
     "#c94f7c",
 )

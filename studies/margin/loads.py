@@ -1,10 +1,11 @@
 """The force on each rope by its contributions, multiplied by their uncertainty factors.
 
 Symbols: f0 [m] generalised force of both ropes without pulley friction, f with it; k uncertainty
-factors; J, U, D inertia, potential and damping of the truss (`models.truss.dynamics`).
+factors; J, U, D, C inertia, potential, damping and Coulomb friction of the truss, and B what a test
+bench adds: weight and friction of the off-load (`models.truss.dynamics`).
 
     F0 = k_i (J acc + J' omega^2 / 2) / f0 + (k_s U_s' + k_n U_n') / f0 + k_h H
-         + (k_j D_j + k_l D_l) omega / f0 + k_m M / f0
+         + (k_j D_j + k_l D_l) omega / f0 + k_m M / f0 + (k_c C + k_b B) / f0
     F  = F0 (1 + k_p (f0 / f - 1)) + k_r R
 
 Pulley friction is a share of the tension, so its factor acts on the factored rest. R [N] is what
@@ -27,6 +28,8 @@ from models.numerics import dense_peak
 from models.truss import (
     Net,
     TrussParameters,
+    coulomb_torque,
+    gravity_slope,
     inertia,
     inertia_slope,
     joint_damping,
@@ -43,7 +46,7 @@ from studies.margin.resistance import torque_at
 from studies.margin.schema import LoadCase, MarginRequirements
 
 OPEN = math.pi / 2
-AT_REST = ("springs", "net", "holding", "measured")
+AT_REST = ("springs", "net", "coulomb_friction", "test_bench", "holding", "measured")
 IN_MOTION = ("inertia", "joint_friction", "slider_friction")
 CONTRIBUTIONS = (*IN_MOTION, *AT_REST, "pulley_friction", "rotor")
 
@@ -66,8 +69,12 @@ def contributions(
     in_sliders = joint_damping(_only(truss, joint_friction=0.0), alpha) * omega
 
     # what holds the truss at rest: the net only pulls, a spring may also help
-    of_springs = potential_slope(_only(truss, net_stiffness=0.0), alpha, net)
-    of_net = potential_slope(_only(truss, spring_stiffness=0.0), alpha, net)
+    in_space = _only(truss, gravity=(0.0, 0.0, 0.0))
+    of_springs = potential_slope(_only(in_space, net_stiffness=0.0), alpha, net)
+    of_net = potential_slope(_only(in_space, spring_stiffness=0.0), alpha, net)
+    hung = coulomb_torque(_only(truss, joint_coulomb=0.0, slider_coulomb=0.0), alpha)
+    rough = coulomb_torque(_only(truss, off_load_friction=0.0), alpha)
+    weight = _resisting(gravity_slope(truss, alpha), factors.test_bench)
     measured = 0 * alpha
     if margin.resistance is not None:
         measured = torque_at(margin.resistance, factors.measured, alpha)
@@ -78,6 +85,8 @@ def contributions(
         "slider_friction": factors.slider_friction * in_sliders / without,
         "springs": _resisting(of_springs, factors.springs) / without,
         "net": factors.net * of_net / without,
+        "coulomb_friction": factors.coulomb_friction * rough / without,
+        "test_bench": (weight + factors.test_bench * hung) / without,
         "holding": factors.holding * case.holding + 0 * alpha,
         "measured": measured / without,
     }
@@ -208,7 +217,7 @@ def static_needs(
     ]
 
 
-def _only(truss: TrussParameters, **changes: float) -> TrussParameters:
+def _only(truss: TrussParameters, **changes: Any) -> TrussParameters:
     # a part of the truss needs no check of its own, and no second warning
     return with_symbols(truss, **changes)
 

@@ -37,6 +37,10 @@ OF_A_CASE = (
     "joint_friction",
     "slider_friction",
     "pulley_friction",
+    "joint_coulomb",
+    "slider_coulomb",
+    "off_load",
+    "off_load_friction",
     "linear_density",
 )
 
@@ -73,6 +77,8 @@ class Factors:
     springs, net : of the springs and the cable net.
     joint_friction, slider_friction : viscous, of joints and sliders.
     pulley_friction : of the rope on its pulleys; it grows with the factored tension.
+    coulomb_friction : Coulomb's, of joints and sliders.
+    test_bench : of the weight that is left, and of the friction of the off-load.
     holding : of the constant force `MarginRequirements.holding`.
     measured : of the measured curve `MarginRequirements.resistance`.
     rotor : of the inertia of the motor's rotor.
@@ -84,6 +90,12 @@ class Factors:
     joint_friction: float = key(_at_least_one, "", "on the joints' friction", default=1.0)
     slider_friction: float = key(_at_least_one, "", "on the sliders' friction", default=1.0)
     pulley_friction: float = key(_at_least_one, "", "on the pulleys' friction", default=1.0)
+    coulomb_friction: float = key(
+        _at_least_one, "", "on the Coulomb friction of joints and sliders", default=1.0
+    )
+    test_bench: float = key(
+        _at_least_one, "", "on the weight on a test bench and its off-load's friction", default=1.0
+    )
     holding: float = key(_at_least_one, "", "on the holding force", default=1.0)
     measured: float = key(_at_least_one, "", "on the measured resistance", default=1.0)
     rotor: float = key(_at_least_one, "", "on the inertia of the motor's rotor", default=1.0)

@@ -293,7 +293,7 @@ def series(travel: Travel) -> dict[str, Series]:
             made[f"{kind}_margin"] = ("1", np.minimum(case.margins[kind], 1e9), text)
     case, _ = travel.worst("dynamic")
     for name in CONTRIBUTIONS:
-        if name == "rotor" and not case.parts[name].any():
+        if name in ("coulomb_friction", "test_bench", "rotor") and not case.parts[name].any():
             continue
         text = f"{WORDS[name]} on each rope, factored, case '{case.case.name}'"
         made[f"load_{name}"] = ("N", case.parts[name], text)

@@ -14,7 +14,6 @@ from studies.common.configuration import (
     boolean,
     check,
     choice,
-    describes,
     finite,
     from_mapping,
     key,
@@ -26,19 +25,12 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.carrier import CarryingArm
-from studies.truss.config import TrussStudy, truss_parameters
+from studies.truss.config import TrussStudy, ring_in_space
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.caps import jerk_cap
 
 AIMS = ("utilisation", "time")
 TOTAL = 36.0  # [s], where none is stated
-
-
-@describes(truss_parameters.schema, truss_parameters.table)
-def _truss(name: str, value: Any) -> TrussParameters:
-    """The ring, as a study of the truss reads it."""
-    del name  # that study says its own
-    return TrussStudy(minimise="energy", truss=value).truss
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +93,7 @@ class MissionStudy:
         whole(0, 2000), "", "of the arm's meshes; 0 for those of arm solve", default=0
     )
     truss: TrussParameters = key(
-        _truss,
+        ring_in_space,
         "",
         "the ring, with the keys of a study of the truss",
         factory=TrussParameters,

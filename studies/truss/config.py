@@ -156,6 +156,8 @@ def truss_parameters(name: str, value: Any) -> TrussParameters:
     chosen = choice(SETS)(f"{name}.set", raw.get("set", "dynamic"))
     base = DYNAMIC_SET if chosen == "dynamic" else KINEMATIC_SET
     changes = {key: item for key, item in raw.items() if key not in ("set", *degrees)}
+    if isinstance(changes.get("gravity"), list):
+        changes["gravity"] = tuple(changes["gravity"])
     for key_in_degrees, radians in degrees.items():
         if key_in_degrees in raw:
             angle = positive(f"{name}.{key_in_degrees}", raw[key_in_degrees])
@@ -167,6 +169,25 @@ def truss_parameters(name: str, value: Any) -> TrussParameters:
         return dataclasses.replace(base, **changes)
     except ModelError as error:
         raise StudyError(_with_table(str(error), name, fields)) from error
+
+
+@describes(truss_parameters.schema, truss_parameters.table)
+def ring_in_space(name: str, value: Any) -> TrussParameters:
+    """The ring of a study that also moves an arm: as a study of the truss reads it, but no weight.
+
+    Raises
+    ------
+    StudyError
+        If gravity is stated.
+    """
+    del name  # the study of the truss says its own
+    truss = TrussStudy(minimise="energy", truss=value).truss
+    if any(truss.gravity):
+        raise StudyError(
+            f"truss.gravity is {list(truss.gravity)}, but the arm has no weight in its models; "
+            "leave it out, or ask a study of the truss"
+        )
+    return truss
 
 
 def _with_table(sentence: str, name: str, keys: Sequence[str]) -> str:
@@ -359,6 +380,7 @@ class TrussStudy:
                 f"{self.fixed_duration:g} s; give --duration LOW..HIGH or duration = [low, high]"
             )
 
+        self._check_bench()
         check_stated(self.caps, self.objectives, self.drive, self.margin, self.arm)
         if self.drive is not None:
             from studies.drive.snap_through import check_rope  # the models load with it
@@ -383,6 +405,25 @@ class TrussStudy:
         )
         within = within_the_drive(resolved, self.drive)
         object.__setattr__(self, "caps", with_margins_kept(within, self.drive, self.margin))
+
+    def _check_bench(self) -> None:
+        """Refuse what the models of arm and yielding ropes leave out."""
+        if self.arm is not None and any(self.truss.gravity):
+            raise StudyError(
+                f"truss.gravity is {list(self.truss.gravity)}, which is for a ring whose fixed bar "
+                "is held, but [arm] is stated; leave one of them out"
+            )
+        rough = [
+            name
+            for name in ("joint_coulomb", "slider_coulomb", "off_load_friction")
+            if getattr(self.truss, name) > 0.0
+        ]
+        if rough and self.drive is not None and self.drive.rope_stiffness is not None:
+            raise StudyError(
+                f"truss.{rough[0]} is {getattr(self.truss, rough[0]):g}, but on ropes that give "
+                "the truss also swings back, and its Coulomb friction is modelled one way only; "
+                "set it to 0, or leave drive.rope_stiffness out"
+            )
 
     def _check_plausible(self) -> None:
         """Refuse numbers beyond the physics of the model, before any work."""

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from models.truss import DYNAMIC_SET, KINEMATIC_SET, JointMasses, TrussParameters
 from studies.common.keys import UNIT, field_texts
 from studies.common.parameters import ParameterLine, in_words, stated_parameters
 from studies.truss.carrier import CarryingArm
 
 ASSUMED = ("linear_density", "joint_masses", "counting")  # the paper gives none of them
+# of Coulomb friction and of a test bench, listed if they are stated
+BENCH = ("joint_coulomb", "slider_coulomb", "gravity", "off_load", "off_load_friction")
 
 
 def parameters_of(configuration: Mapping[str, Any]) -> list[ParameterLine]:
@@ -25,6 +29,13 @@ def parameters_of(configuration: Mapping[str, Any]) -> list[ParameterLine]:
         source = f"paper, {sources[0]}" if sources else "chosen in this study"
         if name in ASSUMED and sources:
             source = "assumed; the paper gives none"
+        if name in BENCH:
+            stated = np.atleast_1d(values[name])
+            if not stated.any():
+                continue  # the paper has none of it
+            value = ", ".join(f"{one:g}" for one in stated)
+            lines.append(_line(name, text, value, "chosen in this study"))
+            continue
         if name == "counting":
             source = "physics; the paper as printed counts twice"
         lines.append(_line(name, text, values[name], source))

@@ -24,17 +24,11 @@ from studies.common.configuration import (
     section,
 )
 from studies.common.exit_codes import StudyError
-from studies.truss.config import TrussStudy
+from studies.truss.config import TrussStudy, ring_in_space
 from studies.truss.config import as_dictionary as truss_dictionary
 
 OBJECTIVES = ("peak-torque", "time")
 FULL_TURN = 360.0  # [deg]
-
-
-def _truss(name: str, value: Any) -> TrussParameters:
-    """The ring, as a study of the truss reads it."""
-    del name  # that study says its own
-    return TrussStudy(minimise="energy", truss=value).truss
 
 
 def _turned(name: str, value: Any) -> float:
@@ -84,7 +78,7 @@ class TurnStudy:
         finite, "", "Poisson's ratio of the big arm's tube, an assumption", default=POISSON
     )
     truss: TrussParameters = key(
-        _truss,
+        ring_in_space,
         "",
         "the ring, with the keys of a study of the truss",
         factory=TrussParameters,

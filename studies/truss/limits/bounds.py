@@ -19,11 +19,11 @@ from models.truss import (
     TrussParameters,
     joint_damping,
     least_peak_reaction,
-    potential_slope,
     rope_leverage,
     rope_speed,
     rope_travel,
     static_force,
+    static_torque,
 )
 from studies.drive.motor import motor_torque, motor_turn
 from studies.margin.loads import least_static_need
@@ -77,7 +77,7 @@ def _top_speed(stroke: float, caps: Caps) -> float:
 def least_work(study: TrussStudy, duration: float) -> float:
     """Lower bound on the motor's work in `duration` [J].
 
-    The work is the integral over the angle of r (U' + D omega + K'), and that of r K' is not
+    The work is the integral over the angle of r (U' + C + D omega + K'), and that of r K' is not
     negative because r falls with the angle; the friction term is at least what an angle-wise
     optimal speed would need (Cauchy and Schwarz).
     """
@@ -92,7 +92,7 @@ def _parts_of_the_work(truss: TrussParameters) -> tuple[float, float]:
     for low, high in ((truss.stowed_angle, truss.net_angle), (truss.net_angle, DEPLOYED)):
         alpha = ca.DM((low + high) / 2 + (high - low) / 2 * nodes)
         ratio = (-2 * rope_speed(truss, alpha, 1.0) / rope_leverage(truss, alpha)).full().ravel()
-        slope = potential_slope(truss, alpha).full().ravel()
+        slope = static_torque(truss, alpha).full().ravel()
         damping = joint_damping(truss, alpha).full().ravel()
         static += (high - low) / 2 * float(weights @ (ratio * slope))
         friction += (high - low) / 2 * float(weights @ np.sqrt(ratio * damping))

@@ -32,8 +32,8 @@ from models.truss import (
     inertia,
     inertia_slope,
     joint_damping,
-    potential_slope,
     rope_leverage,
+    static_torque,
 )
 from ocp.arrays import Array
 from studies.truss.config import DEPLOYED
@@ -103,7 +103,7 @@ class _Way:
         law = Step5(1.0, truss.stowed_angle, DEPLOYED)
         # with the middle of each step; near rest the speed grows as a cube root's square at most
         self.alpha = law.motion(np.linspace(0.0, 1.0, 2 * STEPS + 1)).angle
-        terms = (potential_slope, inertia_slope, joint_damping, inertia, rope_leverage)
+        terms = (static_torque, inertia_slope, joint_damping, inertia, rope_leverage)
         values = [term(truss, ca.DM(self.alpha)).full().ravel() for term in terms]
         self._slope, self._inertia_slope, self._damping, self._inertia, leverage = values
         self._pull = np.full_like(leverage, math.inf)

@@ -2,7 +2,7 @@
 
 A motion that crosses an angle with the speed omega and the deceleration d needs, from (38),
 
-    T1 = (U' + I' omega^2 / 2 + D omega - I d) / f
+    T1 = (U' + C + I' omega^2 / 2 + D omega - I d) / f
 
 on each rope. Caps on the rates bound both. No motion between two rests is faster at an angle than
 the one that speeds up all the way from the nearer end. And it has to come to rest without going
@@ -29,8 +29,8 @@ from models.truss import (
     inertia,
     inertia_slope,
     joint_damping,
-    potential_slope,
     rope_leverage,
+    static_torque,
 )
 from ocp.arrays import Array
 from studies.margin.loads import required_forces
@@ -106,7 +106,7 @@ def _ridge(
 
 def _terms(truss: TrussParameters, alpha: Array) -> Array:
     """a, b, c and m of T1 at angles (m,), shape (4, m)."""
-    terms = (potential_slope, inertia_slope, joint_damping, inertia, rope_leverage)
+    terms = (static_torque, inertia_slope, joint_damping, inertia, rope_leverage)
     slope, change, damping, mass, leverage = (
         term(truss, ca.DM(alpha)).full().ravel() for term in terms
     )

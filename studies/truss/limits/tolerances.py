@@ -134,6 +134,9 @@ PLAUSIBLE: Mapping[str, Range] = {
     "truss.net_stiffness": Range(0.0, 1e7, "N/m", "the bars themselves are no stiffer"),
     "truss.joint_friction": Range(0.0, 1e6, "N m s/rad", "such a joint is a weld"),
     "truss.slider_friction": Range(0.0, 1e6, "N s/m", "such a slider is a weld"),
+    "truss.joint_coulomb": Range(0.0, 1e5, "N m", "such a joint is a weld"),
+    "truss.slider_coulomb": Range(0.0, 1e6, "N", "such a slider is a weld"),
+    "truss.off_load_friction": Range(0.0, 1e6, "N", "such a rail is a clamp"),
     "truss.linear_density": Range(1e-6, 1e3, "kg/m", "a rail of steel has 60 kg/m"),
 }
 

@@ -51,6 +51,11 @@ def moving(seed: int) -> tuple[TrussParameters, tuple[float, float, float], int]
         joint_friction=draw.uniform(0, 1),
         slider_friction=draw.uniform(0, 9),
         pulley_friction=draw.uniform(0, 0.02),
+        joint_coulomb=draw.uniform(0, 2),
+        slider_coulomb=draw.uniform(0, 9),
+        gravity=tuple(draw.uniform(-10, 10, 3)),
+        off_load=draw.uniform(0, 1),
+        off_load_friction=draw.uniform(0, 5),
         linear_density=draw.uniform(0.05, 2),
         joint_masses=JointMasses(*draw.uniform(0, 1, 4)),
         counting=draw.choice(["once", "as printed"]),
@@ -75,8 +80,8 @@ def test_half_a_cross_bar_does_not_turn_about_its_bar_end(seed: int) -> None:
     loads, push = inertia_loads(truss, *state), hoop_force(truss, *state)
     turned = {name: float(x * cosine + z * sine) for name, (x, z) in loads._asdict().items()}
     of_crank = turned["inner"] + turned["outer"] + turned["crank"]
-    twist = truss.joint_friction * omega * (1 + 2 * g) / d
-    of_joints = truss.joint_friction * omega * (1 + (1 + g) + 2)
+    twist = (truss.joint_friction * omega * (1 + 2 * g) + 2 * truss.joint_coulomb) / d
+    of_joints = truss.joint_friction * omega * (1 + (1 + g) + 2) + 3 * truss.joint_coulomb
     shear = float(module_shear(truss, alpha, tension, module))
     for sign, link in zip((1, -1), links, strict=True):
         of_link = c * (float(link) * e * sine + twist * (c * sine**2 - h * cosine)) / d

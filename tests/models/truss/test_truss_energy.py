@@ -14,6 +14,14 @@ STOWED = truss.DYNAMIC_SET.stowed_angle
 LAW = laws.Bezier(DURATION, laws.paper_points(STOWED, math.pi / 2))
 TIMES = np.linspace(0, DURATION, 22)[1:]  # twenty inside and the end
 
+BENCH = {
+    "joint_coulomb": 0.02,
+    "slider_coulomb": 0.5,
+    "gravity": (-9.81, 1.0, 2.0),
+    "off_load": 0.9,
+    "off_load_friction": 0.1,
+}
+
 
 def evaluate(parameters, law, time):
     m = law.motion(time)
@@ -45,8 +53,9 @@ def integrals(parameters, law, times):
 @pytest.mark.parametrize("counting", ["once", "as printed"])
 @pytest.mark.parametrize("mu", [0.0, 0.01])
 @pytest.mark.parametrize("duration", [DURATION, 5.0])
-def test_energy_balance(mu, duration, counting):
-    p = dataclasses.replace(truss.DYNAMIC_SET, pulley_friction=mu, counting=counting)
+@pytest.mark.parametrize("bench", [{}, BENCH])
+def test_energy_balance(mu, duration, counting, bench):
+    p = dataclasses.replace(truss.DYNAMIC_SET, pulley_friction=mu, counting=counting, **bench)
     law = dataclasses.replace(LAW, duration=duration)
     times = TIMES * duration / DURATION
     motor, joints, pulleys = integrals(p, law, times).T

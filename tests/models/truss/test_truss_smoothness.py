@@ -75,9 +75,18 @@ def test_derivatives_by_every_parameter_are_those_of_differences():
     names = [
         field.name
         for field in dataclasses.fields(truss.TrussParameters)
-        if field.name not in ("modules", "counting", "joint_masses", "stowed_angle")
+        if field.name not in ("modules", "counting", "joint_masses", "stowed_angle", "gravity")
     ]
-    base = dataclasses.replace(truss.DYNAMIC_SET, pulley_friction=0.01, bar_length=1.1)
+    base = dataclasses.replace(
+        truss.DYNAMIC_SET,
+        pulley_friction=0.01,
+        bar_length=1.1,
+        joint_coulomb=0.02,
+        slider_coulomb=0.5,
+        gravity=(-3.0, 0.0, 0.0),
+        off_load=0.5,
+        off_load_friction=0.1,
+    )
     at = [getattr(base, name) for name in names]
     symbols = [ca.SX.sym(name) for name in names]
     p = truss.with_symbols(base, **dict(zip(names, symbols, strict=True)))
