@@ -8,72 +8,15 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.headers import comments
+from studies.common.headers import cell, comments
 from studies.drive.course import Course
 from studies.export.polynomials import Segments
+from studies.export.templates import compiled
 
 REALS = ("double", "float")
 _DIGITS = {"double": 17, "float": 9}  # with which each number comes back
 _SUFFIX = {"double": "", "float": "f"}
 CHECKS = 100_001  # times at which the code is held against its course: its rounding is noise
-
-_TEMPLATE = """\
-/*
-{about}
- */
-
-/* position [{unit}], velocity [{unit}/s] and acceleration [{unit}/s^2] at a time [s] */
-void deployment_at({real} time, {real} *position, {real} *velocity, {real} *acceleration);
-
-#define SEGMENTS {segments}
-#define TERMS {terms}
-
-static const {real} edges[SEGMENTS + 1] = {{
-{edges}
-}};
-
-/* of powers of the time since a segment's start, constant first */
-static const {real} coefficients[SEGMENTS][TERMS] = {{
-{coefficients}
-}};
-
-void deployment_at({real} time, {real} *position, {real} *velocity, {real} *acceleration)
-{{
-    int low = 0;
-    int high = SEGMENTS;
-    {real} x = {zero};
-    {real} v = {zero};
-    {real} a = {zero};
-    {real} dt;
-    int k;
-
-    /* before the start and behind the end it rests */
-    if (!(time > edges[0])) {{
-        time = edges[0];
-    }}
-    if (time > edges[SEGMENTS]) {{
-        time = edges[SEGMENTS];
-    }}
-    while (high - low > 1) {{
-        const int middle = low + (high - low) / 2;
-        if (time < edges[middle]) {{
-            high = middle;
-        }} else {{
-            low = middle;
-        }}
-    }}
-
-    dt = time - edges[low];
-    for (k = TERMS - 1; k >= 0; --k) {{
-        a = a * dt + {two} * v;
-        v = v * dt + x;
-        x = x * dt + coefficients[low][k];
-    }}
-    *position = x;
-    *velocity = v;
-    *acceleration = a;
-}}
-"""
 
 
 def write_source(segments: Segments, about: Mapping[str, str], real: str) -> str:
@@ -83,18 +26,16 @@ def write_source(segments: Segments, about: Mapping[str, str], real: str) -> str
     ----------
     real : "double" or "float".
     """
-    rows = [
-        "    {" + ", ".join(_literal(value, real) for value in row) + "},"
-        for row in segments.coefficients.tolist()
-    ]
-    return _TEMPLATE.format(
-        about="\n".join(comments(about, " * ")),
+    return compiled("_c99.j2").render(
+        header=lambda opening: "\n".join(comments(about, opening)),
         segments=segments.edges.size - 1,
         terms=segments.coefficients.shape[1],
         real=real,
-        unit=segments.unit,
-        edges="\n".join(f"    {_literal(edge, real)}," for edge in segments.edges.tolist()),
-        coefficients="\n".join(rows),
+        unit=cell(segments.unit),
+        edges=[_literal(edge, real) for edge in segments.edges.tolist()],
+        coefficients=[
+            [_literal(value, real) for value in row] for row in segments.coefficients.tolist()
+        ],
         zero=_literal(0.0, real),
         two=_literal(2.0, real),
     )

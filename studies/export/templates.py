@@ -200,7 +200,7 @@ class TableTemplate:
         from jinja2 import TemplateSyntaxError, UndefinedError
 
         try:
-            return _compiled(self.name, self.source).render(values)
+            return compiled(self.name, self.source).render(values)
         except TemplateSyntaxError as error:
             place = f"{error.filename or self.name}, line {error.lineno}"
             raise StudyError(
@@ -315,12 +315,17 @@ def template_of(path: Path, name: str = "") -> TableTemplate:
 
 
 @functools.cache
-def _compiled(name: str, source: str) -> jinja2.Template:
-    """A template, which has no way to files, modules and attributes of objects."""
+def compiled(name: str, source: str = "") -> jinja2.Template:
+    """A template, which has no way to files, modules and attributes of objects.
+
+    Parameters
+    ----------
+    source : of one of the user's; one that comes with the program is found by its name.
+    """
     from jinja2 import ChoiceLoader, FileSystemLoader, FunctionLoader, StrictUndefined
     from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-    own = FunctionLoader(lambda asked: (source, name, None) if asked == name else None)
+    own = FunctionLoader(lambda asked: (source, name, None) if source and asked == name else None)
     environment = ImmutableSandboxedEnvironment(
         loader=ChoiceLoader([own, FileSystemLoader(FOLDER)]),
         undefined=StrictUndefined,
