@@ -13,9 +13,9 @@ from benchmarks.entry import answer_for, positive, whole
 from benchmarks.processes import FreshProcess
 from benchmarks.records import ROOT, provenance
 from benchmarks.shows.show import SHOWS, Row, Show, show
+from studies.common.code_version import SCHEMA, CodeVersion, hashed
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.sweep.cases.plan import SCHEMA, CodeVersion, hashed
 from studies.sweep.cases.store import CaseStore, DamagedCase
 
 PARENT = Path("results") / "shows"

@@ -11,6 +11,7 @@ functions of time are kept as tables.
 
 from __future__ import annotations
 
+import base64
 import io
 import json
 import math
@@ -43,6 +44,9 @@ _TEXT = "solution.json"
 
 _LISTS, _BYTES_OF_A_LIST = 200_000, 2  # packed, of which the text of a solution has one in three
 _SAMPLES = 2001  # of a guess that is a function of time
+
+FurtherClass = Callable[[str], Any]
+"""From "module:name" to the frozen dataclass there; it raises ValueError where that is none."""
 
 
 def save(solution: Solution, path: str | Path) -> None:
@@ -85,15 +89,22 @@ def load(path: str | Path) -> Solution:
     return solution
 
 
-def packed(thing: Any, known: Problem | None = None) -> bytes:
-    """A solution, problem or trajectory as bytes.
+def packed(thing: Any, known: Problem | None = None, further: FurtherClass | None = None) -> bytes:
+    """A solution, problem or trajectory as bytes, or values, arrays and tables that hold them.
 
     Parameters
     ----------
     known : Problem, optional
         Left out, because whoever reads the bytes has the same problem.
+    further : function, optional
+        Finds classes of the caller's own, whose objects `thing` may hold, too.
+
+    Raises
+    ------
+    TypeError
+        When it holds an object of a class that is not known.
     """
-    writer = _Writer()
+    writer = _Writer(further)
     if known is not None:
         writer.written(known)
     entries, arrays = len(writer.entries), len(writer.arrays)
@@ -124,7 +135,12 @@ def tabulated(problem: Problem) -> Problem:
         return replace(problem, phases=phases)
 
 
-def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") -> Any:
+def unpacked(
+    data: bytes,
+    known: Problem | None = None,
+    name: str = "the data",
+    further: FurtherClass | None = None,
+) -> Any:
     """What `packed` wrote.
 
     Parameters
@@ -133,6 +149,8 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
         The problem that was left out.  What is read refers to its symbols.
     name : str
         Of the file, for messages.
+    further : function, optional
+        As it was given to `packed`.
 
     Raises
     ------
@@ -152,7 +170,7 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
                     f"of ocp reads {_VERSION}; solve again and save it, or load it with the ocp "
                     "that wrote it"
                 )
-            return _read(archive, text, known)
+            return _read(archive, text, known, further)
     except FileError:
         raise
     except Exception as error:
@@ -176,12 +194,14 @@ def _no_solution(name: str) -> FileError:
     return FileError(f"'{name}' holds no solution; give a file that ocp.save wrote")
 
 
-def _read(archive: zipfile.ZipFile, text: Any, known: Problem | None) -> Any:
+def _read(
+    archive: zipfile.ZipFile, text: Any, known: Problem | None, further: FurtherClass | None
+) -> Any:
     """The objects of an archive, which follow those of the known problem."""
     writer = _Writer()
     if known is not None:
         writer.written(known)
-    reader = _Reader(archive, writer.originals)
+    reader = _Reader(archive, writer.originals, further)
     for entry in text["objects"]:
         reader.objects.append(reader.made(entry))
     return reader.read(text["root"])
@@ -197,7 +217,8 @@ class _Writer:
     arrays : of the objects that are arrays.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, further: FurtherClass | None = None) -> None:
+        self._further = further
         self.entries: list[Any] = []
         self.originals: list[Any] = []
         self.arrays: list[Array] = []
@@ -206,7 +227,8 @@ class _Writer:
 
     def written(self, value: Any) -> Any:
         """What JSON takes of a value: the value itself, or the number of an object."""
-        if value is None or isinstance(value, (bool, str)):
+        # what only looks like a text or a tuple would come back as one
+        if value is None or isinstance(value, bool) or type(value) is str:
             return value
         if isinstance(value, np.bool_):
             return bool(value)
@@ -215,13 +237,15 @@ class _Writer:
         if isinstance(value, (float, np.floating)):
             number = float(value)
             return number if math.isfinite(number) else {"number": repr(number)}
-        if isinstance(value, tuple):
+        if type(value) is tuple:
             return [self.written(item) for item in value]
         if isinstance(value, list):
             return {"list": [self.written(item) for item in value]}
         if isinstance(value, Mapping):
             pairs = value.items()
             return {"mapping": [[self.written(key), self.written(item)] for key, item in pairs]}
+        if isinstance(value, bytes):
+            return {"bytes": base64.b64encode(value).decode("ascii")}
         return {"object": self._place(value)}
 
     def _place(self, value: Any) -> int:
@@ -245,15 +269,23 @@ class _Writer:
         if isinstance(value, Time):
             return {"class": "Time", "fields": {}}
         kind: Any = type(value)
-        name = kind.__name__
-        if _classes().get(name) is not kind:
-            raise TypeError(f"an object of the class {name} cannot be saved with a solution")
+        name = self._name(kind)
         if kind is Problem:
             self._problem = value
         stored = {field: getattr(value, field) for field in _stored_fields(kind)}
         if isinstance(value, Phase):
             stored["guess"] = _tabulated(value, self._problem)
         return {"class": name, "fields": {key: self.written(v) for key, v in stored.items()}}
+
+    def _name(self, kind: Any) -> str:
+        """What a class is called in a file."""
+        name: str = kind.__name__
+        if _classes().get(name) is kind:
+            return name
+        place = f"{kind.__module__}:{kind.__qualname__}"
+        if self._further is None or self._further(place) is not kind:
+            raise TypeError(f"an object of the class {name} cannot be saved with a solution")
+        return place
 
     def _expression(self, value: ca.SX) -> Any:
         symbols = resolve(value, "an expression")
@@ -282,8 +314,10 @@ class _Writer:
 class _Reader:
     """Builds the objects of a file, each from those before it."""
 
-    def __init__(self, archive: zipfile.ZipFile, objects: list[Any]) -> None:
-        self.archive = archive
+    def __init__(
+        self, archive: zipfile.ZipFile, objects: list[Any], further: FurtherClass | None
+    ) -> None:
+        self.archive, self._further = archive, further
         self.objects = objects
 
     def read(self, value: Any) -> Any:
@@ -299,6 +333,8 @@ class _Reader:
             return [self.read(item) for item in content]
         if kind == "mapping":
             return {self.read(key): self.read(item) for key, item in content}
+        if kind == "bytes":
+            return base64.b64decode(content)
         if kind == "object" and 0 <= content < len(self.objects):
             return self.objects[content]
         raise ValueError(f"it refers to {value!r}, which is not there")
@@ -313,9 +349,9 @@ class _Reader:
         if entry["class"] == "Time":
             return TIME
         name = entry["class"]
-        if name not in _classes():
+        made = _classes().get(name) or (self._further and self._further(name))
+        if not made:
             raise ValueError(f"it has an object of the unknown class {name!r}")
-        made = _classes()[name]
         values = {key: self.read(value) for key, value in entry["fields"].items()}
         if not set(values) <= set(_stored_fields(made)):
             raise ValueError(f"it has a {name} with other fields")

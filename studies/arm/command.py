@@ -47,7 +47,6 @@ BASELINES = replace(
     "optimum of no higher peak torque.",
     keys={"": "studies.arm.config:BaselinesStudy"},
     folder="arm-{0.stage}-{0.drive}",
-    resumes=False,
     files=None,
     sweep=None,
 )
@@ -83,7 +82,6 @@ TRADE_OFF = replace(
     "energy is not traded.",
     keys={"": "studies.arm.trade_off:TradeOffStudy"},
     folder="arm-{0.stage}-trade-off",
-    resumes=True,
     sweep=Swept(coarse={"coarse": True}, seconds=(300.0, 100.0)),
 )
 ROBUST = replace(

@@ -29,21 +29,18 @@ from studies.arm.questions.sequence.study import (
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import FinishedStarts
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.result import Result
 
 AnyArmStudy = (
     ArmStudy | BaselinesStudy | LeastDurationStudy | SequenceStudy | TradeOffStudy | RobustStudy
 )
 
-# a further question is a configuration and the function that answers it, first those whose solves
-# are kept
-_KEEPING: Mapping[type[Any], Callable[[Any, Console, FinishedStarts | None], Result]] = {
+# a further question is a configuration and the function that answers it
+_ANSWERS: Mapping[type[Any], Callable[[Any, Console, FinishedSteps], Result]] = {
     ArmStudy: solve_motion,
     SequenceStudy: find_sequence,
     TradeOffStudy: front,
-}
-_ANSWERS: Mapping[type[Any], Callable[[Any, Console], Result]] = {
     BaselinesStudy: compare_baselines,
     LeastDurationStudy: find_least_durations,
     RobustStudy: find_robust,
@@ -71,7 +68,7 @@ def check(study: AnyArmStudy, console: Console | None = None) -> None:
 
 
 def run(
-    study: AnyArmStudy, console: Console | None = None, kept: FinishedStarts | None = None
+    study: AnyArmStudy, console: Console | None = None, kept: FinishedSteps = NOTHING_KEPT
 ) -> Result:
     """Answer a question to the arm.
 
@@ -82,9 +79,8 @@ def run(
         `TradeOffStudy` and `RobustStudy` of `studies.arm`.
     console : Console, optional
         Where lines of progress go: standard error by default. `silent()` shows none.
-    kept : FinishedStarts, optional
-        Where the solves of an `ArmStudy`, `SequenceStudy` or `TradeOffStudy` go to, and where those
-        of an earlier run are read.
+    kept : FinishedSteps, optional
+        Where finished steps go to, and where those of an earlier run are read.
 
     Returns
     -------
@@ -100,8 +96,6 @@ def run(
     check(study)
     try:
         with at_work(console) as told:
-            if keeping := _KEEPING.get(type(study)):
-                return keeping(study, told, kept)
-            return _ANSWERS[type(study)](study, told)
+            return _ANSWERS[type(study)](study, told, kept)
     except ModelError as error:  # such as a step that diverges
         raise StudyError(str(error), ExitCode.NOT_SOLVED) from error

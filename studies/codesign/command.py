@@ -19,6 +19,7 @@ STUDY = Study(
     check="studies.codesign.study:check",
     run="studies.codesign.study:run",
     folder="codesign-{0.objective}",
+    resumes=True,
     files="studies.codesign.prices:files",
     figures="studies.codesign.figures:draw",
     mechanism="studies.truss.command:RING",

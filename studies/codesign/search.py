@@ -34,6 +34,7 @@ from studies.codesign.config import UNITS, CodesignStudy
 from studies.codesign.requirements import LEAST_RATIO, Requirement
 from studies.common.console import Console, number
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.processes.side_by_side import allowed_processes, script_left_out
 from studies.common.result import Criterion
 from studies.common.second_solve import second_solve
@@ -47,6 +48,7 @@ SAME = 1e-4  # relative: optima closer than this are one
 GAIN = 1e-3  # relative: what a second solve may find, as the force is flat near the best design
 ROUGH = 1e-5  # relative: to which starts are solved; well below what tells optima apart
 STATED = "stated design"
+ROUGHLY, EXACTLY = "rough", "exact"  # names of finished starts, solved to either accuracy
 MOST_DRAWS = 1000  # for designs whose link is longer than their crank
 
 
@@ -71,7 +73,11 @@ class BestDesign:
 
 
 def search(
-    study: CodesignStudy, held: Sequence[Requirement], seconds: float, console: Console
+    study: CodesignStudy,
+    held: Sequence[Requirement],
+    seconds: float,
+    console: Console,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> BestDesign:
     """Solve from all starts.
 
@@ -83,6 +89,8 @@ def search(
         Those at rest follow from the caps, and are left out.
     seconds : float
         That it may take [s].
+    kept : FinishedSteps, optional
+        Where finished steps go to, and where those of an earlier run are read.
 
     Raises
     ------
@@ -110,6 +118,13 @@ def search(
     def force(problem: Problem, solution: Solution) -> float:
         return solution.value(statements[problem].stages[0], replayed=True)
 
+    known = kept.known(ROUGHLY, starts)
+
+    def finished(trial: Trial) -> None:
+        if trial.name not in known:
+            kept.keep(ROUGHLY, trial)
+        console.progress(_line(study, trial, earlier=trial.name in known))
+
     try:
         with script_left_out():
             found = audit(
@@ -120,8 +135,9 @@ def search(
                 processes=allowed_processes(),
                 failures=(StudyError,),
                 seconds=seconds,
+                known=known,
                 progress=console.live,
-                finished=lambda trial: console.progress(_line(study, trial)),
+                finished=finished,
             )
     except Interrupted as stop:
         raise StudyError("interrupted before a design was found", ExitCode.INTERRUPTED) from stop
@@ -134,10 +150,10 @@ def search(
     def left() -> float:
         return seconds - (clock.monotonic() - begin)
 
-    found, exact = _to_the_last_digits(found, settings, force, left(), console)
+    found, exact = _to_the_last_digits(found, settings, force, left(), console, kept)
     second: tuple[Criterion, ...] = ()
     if exact and not found.interrupted and found.optima[0].solution.verification.passed:
-        found, check = _a_second_time(found, settings, force, left(), console)
+        found, check = _a_second_time(found, settings, force, left(), console, kept)
         second = (check,)
     best = found.optima[0].solution
     design = {u.name.replace(" ", "_"): best.value(u) for u in best.problem.unknowns}
@@ -150,6 +166,7 @@ def _to_the_last_digits(
     force: Callable[[Problem, Solution], float],
     seconds: float,
     console: Console,
+    kept: FinishedSteps,
 ) -> tuple[Audit, bool]:
     """The best of rough starts solved on to the accuracy of the settings, and whether it was.
 
@@ -158,21 +175,24 @@ def _to_the_last_digits(
     best = found.optima[0]
     if found.interrupted or seconds <= 0.0:
         return found, False
-    console.progress(f"{best.starts[0]}: the best one to its last digits")
+    name, problem = best.starts[0], best.solution.problem
+    console.progress(f"{name}: the best one to its last digits")
     try:
         finer = audit(
-            best.solution.problem,
-            starts={best.starts[0]: best.solution},
+            problem,
+            starts={name: best.solution},
             settings=settings,
             value=force,
             processes=1,
             seconds=seconds,
+            known=kept.known(EXACTLY, {name: lambda: problem}),
             progress=console.live,
+            finished=functools.partial(kept.keep, EXACTLY),
         )
     except Interrupted:
         return dataclasses.replace(found, interrupted=True), False
     except OcpError as error:
-        console.progress(f"{best.starts[0]}: as it was, {error}")
+        console.progress(f"{name}: as it was, {error}")
         return found, False
 
     (trial,) = finer.trials
@@ -196,13 +216,14 @@ def _a_second_time(
     force: Callable[[Problem, Solution], float],
     left: float,
     console: Console,
+    kept: FinishedSteps,
 ) -> tuple[Audit, Criterion]:
     """The audit with the answer that a second solve leaves, and what it says of it."""
     best = found.optima[0]
-    second = second_solve(best.solution, settings, console, left=left, gain=GAIN)
+    second = second_solve(best.solution, settings, console, left=left, gain=GAIN, kept=kept)
     solution = second.solution
-    kept = dataclasses.replace(best, solution=solution, value=force(solution.problem, solution))
-    optima = (kept, *found.optima[1:])
+    better = dataclasses.replace(best, solution=solution, value=force(solution.problem, solution))
+    optima = (better, *found.optima[1:])
     return dataclasses.replace(found, optima=optima, interrupted=second.interrupted), second.check
 
 
@@ -275,13 +296,14 @@ def _settings(study: TrussStudy, starts: int) -> Settings:
     )
 
 
-def _line(study: CodesignStudy, trial: Trial) -> str:
-    """One line of progress for a start that is done."""
+def _line(study: CodesignStudy, trial: Trial, earlier: bool) -> str:
+    """One line of progress for a start that is done, in this run or in an earlier one."""
+    when = f"{trial.seconds:.1f} s{', in an earlier run' if earlier else ''}"
     unit = OBJECTIVES[study.objective].unit
     if trial.solution is None:
         return f"{trial.name}: failed, {trial.error}"
     words = "" if trial.error is None else ", unverified"
-    return f"{trial.name}: {number(trial.value, 7)} {unit}{words}, {trial.seconds:.1f} s"
+    return f"{trial.name}: {number(trial.value, 7)} {unit}{words}, {when}"
 
 
 def designed(study: TrussStudy, design: Mapping[str, float]) -> TrussStudy:

@@ -20,9 +20,10 @@ from studies.codesign.requirements import Requirement, check_some_design, requir
 from studies.codesign.search import ROUGH, STATED, BestDesign, designed, search
 from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, at_work, silent
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
-from studies.common.stops import kept
+from studies.common.stops import kept_anyway
 from studies.truss.bars import bars_of
 from studies.truss.checks import (
     criteria,
@@ -35,9 +36,9 @@ from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
-from studies.truss.motions.laws import law_of, paper_laws
+from studies.truss.motions.laws import deployment_of, law_of, paper_laws
 from studies.truss.quantities import OBJECTIVES
-from studies.truss.search.best_motion import BestMotion
+from studies.truss.search.best_law import best_law
 from studies.truss.search.motion_search import Search
 from studies.truss.study import series_of
 
@@ -60,7 +61,7 @@ class Codesign:
     """
 
     study: CodesignStudy
-    stated: BestMotion
+    stated: Deployment
     held: Sequence[Requirement]
     found: BestDesign
     deployment: Deployment
@@ -80,7 +81,7 @@ class Codesign:
     def saved(self) -> float:
         """Part of the stated design's least force that the design saves."""
         key = self.study.objective
-        return 1.0 - self.deployment.values[key] / self.stated.deployment.values[key]
+        return 1.0 - self.deployment.values[key] / self.stated.values[key]
 
 
 def check(study: CodesignStudy, console: Console | None = None) -> None:
@@ -95,7 +96,9 @@ def check(study: CodesignStudy, console: Console | None = None) -> None:
     Search(_without_force_caps(study.deployment), console or silent()).check()
 
 
-def run(study: CodesignStudy, console: Console | None = None) -> Result:
+def run(
+    study: CodesignStudy, console: Console | None = None, *, kept: FinishedSteps = NOTHING_KEPT
+) -> Result:
     """Find the design and the motion of the least force, and verify them.
 
     Parameters
@@ -104,6 +107,8 @@ def run(study: CodesignStudy, console: Console | None = None) -> Result:
         What is asked.
     console : Console, optional
         Where lines of progress go: standard error by default. `silent()` shows none.
+    kept : FinishedSteps, optional
+        Where finished steps go to, and where those of an earlier run are read.
 
     Returns
     -------
@@ -116,23 +121,22 @@ def run(study: CodesignStudy, console: Console | None = None) -> Result:
         If no design meets the requirements, or none was found.
     """
     with at_work(console) as told:
-        return _answer(study, told)
+        return _answer(study, told, kept)
 
 
-def _answer(study: CodesignStudy, console: Console) -> Result:
+def _answer(study: CodesignStudy, console: Console, kept: FinishedSteps) -> Result:
     begin, solver = clock.monotonic(), study.deployment.solver
     console.progress(f"{STATED}: its own best motion, to compare with")
     half = dataclasses.replace(solver, seconds=solver.seconds / 2)  # the other is the design's
     alone = dataclasses.replace(_without_force_caps(study.deployment), solver=half)
-    stated = Search(alone, console).run()
-    if stated.interrupted:
-        raise KeyboardInterrupt  # which is no motion to go on from
+    law = best_law(alone, console, kept=kept.within(STATED), accuracy=None)
+    stated = deployment_of(STATED, law, alone)
     study = _with_bars(study, stated)
     held = requirements(study)
     check_some_design(study, held)
 
     left = max(solver.seconds - (clock.monotonic() - begin), solver.seconds / 4)
-    found = search(study, held, left, console)
+    found = search(study, held, left, console, kept)
     solution = found.audit.optima[0].solution
     deployment = study.deployment
     better = designed(deployment, found.design)
@@ -145,7 +149,7 @@ def _answer(study: CodesignStudy, console: Console) -> Result:
         pressing = prices(study, held, found.design, solution) if whole else None
         return _result(Codesign(study, stated, held, found, best, pressing))
 
-    return kept(result, found.audit.interrupted)
+    return kept_anyway(result, found.audit.interrupted)
 
 
 def _without_force_caps(study: TrussStudy) -> TrussStudy:
@@ -155,21 +159,19 @@ def _without_force_caps(study: TrussStudy) -> TrussStudy:
     )
 
 
-def _with_bars(study: CodesignStudy, stated: BestMotion) -> CodesignStudy:
+def _with_bars(study: CodesignStudy, stated: Deployment) -> CodesignStudy:
     """The study with a cap on the bars: as stated, or what the stated design needs of them."""
     deployment = study.deployment
     if deployment.caps.bar_force is not None:
         return study
-    caps = dataclasses.replace(
-        deployment.caps, bar_force=stated.deployment.values["peak-bar-force"]
-    )
+    caps = dataclasses.replace(deployment.caps, bar_force=stated.values["peak-bar-force"])
     return dataclasses.replace(study, deployment=dataclasses.replace(deployment, caps=caps))
 
 
 def _result(made: Codesign) -> Result:
     study, best = made.study, made.deployment
     better = designed(study.deployment, made.found.design)
-    before = dataclasses.replace(made.stated.deployment, name=STATED)
+    before = made.stated
     laws = [best, before, *paper_laws(best.truss, best.law.duration, best.drive, best.margin)]
     table = (*_design_rows(made), *table_rows(better, laws, {}))
     audit, bars = made.found.audit, bars_of(best, study.deployment.caps)
@@ -286,7 +288,7 @@ def _verdict(made: Codesign) -> Verdict:
 def _remarks(made: Codesign) -> list[str]:
     key, free = made.study.objective, len(made.found.design)
     title, unit = OBJECTIVES[key].title, OBJECTIVES[key].unit
-    before, after = made.stated.deployment.values[key], made.deployment.values[key]
+    before, after = made.stated.values[key], made.deployment.values[key]
     remarks = [
         f"The {title} falls from {before:.6g} to {after:.6g} {unit}, by {100 * made.saved:.3g} %: "
         "each design has its own best motion."

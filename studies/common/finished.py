@@ -1,108 +1,222 @@
-"""Starts and other solves that are done, in the results folder: a killed study goes on from them.
+"""Steps of a study that are done, in its results folder: one that was stopped goes on from them.
 
-Each start is one file, written beside its place and renamed: it is there as a whole or not at all.
+A step is what takes seconds: a search from one start, a solve, a replay. What comes of it is one
+file, which is there as a whole or not at all. All steps depend on the keys of the study and on the
+code. So the files are in a folder that is named by a hash of both, and no other study or version
+finds them. There a step is known by its name: a study takes the same steps whenever it is run.
+
+Nothing in a file can run code, see `ocp.solution.storage`.
 """
 
 from __future__ import annotations
 
-import io
-import json
-from collections.abc import Iterable, Mapping
+import dataclasses
+import functools
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ocp import Interrupted, OcpError, Problem, Trial
-from ocp.arrays import Array
+from ocp import Interrupted, OcpError, Problem, Solution, Trial
 from ocp.solution.storage import packed, unpacked
-from studies.common.foreign_text import parsed_json
-from studies.common.stored_arrays import stored_arrays
+from studies.common.code_version import code_version, hashed
+from studies.common.console import Console
+from studies.common.exit_codes import StudyError
+from studies.common.processes.side_by_side import Part
+from studies.common.study import placed
+from studies.common.whole_files import write_whole
 
-FOLDER = "starts"
+FOLDER, ENDING = "steps", ".step"
+EARLIER = "found in an earlier run"  # what is said of a step that is not taken again
+OURS = ("models", "ocp", "studies")  # packages whose classes a file may hold
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
-class FinishedStarts:
-    """The finished starts of a study.
+class FinishedSteps:
+    """The finished steps of a study, or of a part of it.
 
     Attributes
     ----------
-    folder : path
-        Of the results.
+    place : folder of their files; None where nothing is kept, so that every step is taken.
     """
 
-    folder: Path
+    place: Path | None = None
+
+    def within(self, name: str) -> FinishedSteps:
+        """Those of a part of the study, such as one of several searches."""
+        return self if self.place is None else FinishedSteps(self.place / name)
+
+    @property
+    def count(self) -> int:
+        """How many there are, with those of all parts."""
+        return 0 if self.place is None else sum(1 for _ in self.place.rglob(f"*{ENDING}"))
+
+    def step(
+        self,
+        name: str,
+        take: Callable[[], _T],
+        known: Problem | None = None,
+        say: Callable[[str], None] = lambda line: None,
+        done: Callable[[_T], bool] = lambda new: not getattr(new, "interrupted", False),
+        begins_with: str = "",
+    ) -> _T:
+        """What comes of a step, which is taken unless it is finished.
+
+        Parameters
+        ----------
+        name : str
+            Of the step, for the user, and of no other one here that begins with the same.
+        take : callable
+            Takes it.
+        known : Problem, optional
+            Of the solutions that come of it, as it is stated here.
+        say : callable, optional
+            Receives a line where the step is finished.
+        done : callable, optional
+            Whether what came of it is to be kept: by default unless the user has stopped it, as its
+            `interrupted` says.
+        begins_with : str, optional
+            Few letters of what it begins with, as `mark` gives them: for a step that may begin
+            elsewhere in another run, as where seconds ran out.
+        """
+        file = f"{name} {begins_with}".rstrip()
+        if (earlier := self._read(file, known)) is not None:
+            say(f"{name}: {EARLIER}")
+            found: _T = earlier[0]
+            return found
+        new = take()
+        if done(new):
+            self._keep(file, (new,), known)
+        return new
+
+    def part(self, name: str, function: Callable[..., Any], *arguments: Any) -> Part:
+        """A step for `side_by_side`: the process that takes it keeps it, at once.
+
+        Parameters
+        ----------
+        function, arguments : as of `Part`.
+        """
+        if self.place is None:
+            return Part(function, arguments)
+        return Part(_taken, (self, name, function, arguments))
 
     def names(self, kind: str) -> tuple[str, ...]:
         """Names of the starts of a kind that are here."""
-        files = sorted((self.folder / FOLDER).glob(f"{kind}-*.json"))
-        return tuple(file.stem.removeprefix(f"{kind}-") for file in files)
+        files = [] if self.place is None else sorted(self.place.glob(f"{kind}-*{ENDING}"))
+        return tuple(file.name[len(kind) + 1 : -len(ENDING)] for file in files)
 
     def keep(self, kind: str, trial: Trial) -> None:
         """Write what came of a start; one that the user stopped is not finished."""
         stopped = trial.solution is not None and trial.solution.interrupted
         if stopped or isinstance(trial.error, Interrupted):
             return
-        place = self.folder / FOLDER
-        place.mkdir(parents=True, exist_ok=True)
-        record = {
-            "value": trial.value if trial.value == trial.value else None,
-            "seconds": trial.seconds,
-            "failure": None if trial.error is None else str(trial.error),
-        }
-        if trial.solution is not None:
-            data = packed(trial.solution, known=trial.solution.problem)
-            _write(place / f"{kind}-{trial.name}.ocp", data)
-        # the record comes last: where it is, the rest is
-        _write(place / f"{kind}-{trial.name}.json", json.dumps(record).encode())
-
-    def keep_arrays(self, name: str, arrays: Mapping[str, Array]) -> None:
-        """Write arrays of doubles, such as those of a motion that a search found."""
-        place = self.folder / FOLDER
-        place.mkdir(parents=True, exist_ok=True)
-        stream = io.BytesIO()
-        np.savez_compressed(stream, **cast(Any, dict(arrays)))
-        _write(place / f"{name}.npz", stream.getvalue())
-
-    def arrays(self, name: str, names: Iterable[str]) -> dict[str, Array]:
-        """The arrays of these names that were kept; empty where there are none, or damaged ones."""
-        try:
-            return stored_arrays(self.folder / FOLDER / f"{name}.npz", names)
-        except ValueError:
-            return {}
-
-    def within(self, name: str) -> FinishedStarts:
-        """Those of a part of the study, such as one of several searches."""
-        return FinishedStarts(self.folder / FOLDER / name)
+        failure = None if trial.error is None else str(trial.error)
+        known = None if trial.solution is None else trial.solution.problem
+        content = (trial.solution, failure, trial.value, trial.seconds)
+        self._keep(f"{kind}-{trial.name}", content, known)
 
     def read(self, kind: str, name: str, problem: Problem | None) -> Trial | None:
-        """What came of a start; None if its files are damaged, so that it is solved again.
+        """What came of a start; None if it is not here or damaged, so that it is solved again.
 
         Parameters
         ----------
         problem : Problem or None
             As it is stated for this start; None where it cannot be stated.
         """
-        place = self.folder / FOLDER
-        solution_file = place / f"{kind}-{name}.ocp"
         try:
-            record = parsed_json((place / f"{kind}-{name}.json").read_text("utf-8"))
-            solution = None
-            if solution_file.is_file() and problem is not None:
-                solution = unpacked(solution_file.read_bytes(), known=problem, name=name)
-            failure = record["failure"]
+            solution, failure, value, seconds = self._read(f"{kind}-{name}", problem) or ()
             error = None if failure is None else OcpError(failure)
-            value = float("nan") if record["value"] is None else float(record["value"])
-            if error is None and solution is None:
-                return None
-            return Trial(name, solution, error, value, float(record["seconds"]))
-        except (OSError, ValueError, KeyError, TypeError):
+            return Trial(name, solution, error, float(value), float(seconds))
+        except (TypeError, ValueError):
             return None
 
+    def known(
+        self, kind: str, starts: Mapping[str, Callable[[], Problem]]
+    ) -> dict[str, Callable[[], Trial | None]]:
+        """Those of some starts that are here, for `ocp.audit`; each is read when its turn comes."""
 
-def _write(path: Path, data: bytes) -> None:
-    draft = path.with_suffix(".part")
-    draft.write_bytes(data)
-    draft.replace(path)
+        def again(name: str) -> Trial | None:
+            try:
+                problem = starts[name]()
+            except StudyError:  # as the phase plane may fail as a start
+                problem = None
+            return self.read(kind, name, problem)
+
+        here = [name for name in self.names(kind) if name in starts]
+        return {name: functools.partial(again, name) for name in here}
+
+    def _keep(self, name: str, content: tuple[Any, ...], known: Problem | None) -> None:
+        if self.place is not None:
+            self.place.mkdir(parents=True, exist_ok=True)
+            write_whole(self._file(name), packed(content, known, _class_at))
+
+    def _read(self, name: str, known: Problem | None) -> tuple[Any, ...] | None:
+        """The content of a file; None if there is none, or none that can be trusted."""
+        if self.place is None:
+            return None
+        try:
+            content = unpacked(self._file(name).read_bytes(), known, name, _class_at)
+        except (OSError, OcpError):
+            return None
+        return content if isinstance(content, tuple) else None
+
+    def _file(self, name: str) -> Path:
+        assert self.place is not None
+        return self.place / f"{name}{ENDING}"
+
+
+def _taken(
+    steps: FinishedSteps,
+    name: str,
+    function: Callable[..., Any],
+    arguments: tuple[Any, ...],
+    console: Console,
+) -> Any:
+    return steps.step(name, lambda: function(*arguments, console), say=console.progress)
+
+
+NOTHING_KEPT = FinishedSteps()
+"""In place of a folder: every step is taken, and none is written."""
+
+
+def finished_steps(folder: Path, question: Any) -> FinishedSteps:
+    """The steps in a results folder that this code has taken for a question.
+
+    Parameters
+    ----------
+    question : what JSON can hold
+        All that is asked.
+    """
+    return FinishedSteps(folder / FOLDER / hashed([question, code_version().name])[:12])
+
+
+def mark(solution: Solution) -> str:
+    """Few letters that differ where motions do: for steps that begin with what was found."""
+    phases = solution.trajectory.phases
+    numbers = [np.atleast_1d(solution.objective), *(phase.breakpoints for phase in phases)]
+    return hashed(np.concatenate(numbers).tolist())[:12]
+
+
+def _class_at(place: str) -> type[Any]:
+    """A frozen dataclass of this program; its constructor checks what it is given.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    module, _, name = place.partition(":")
+    if module.partition(".")[0] not in OURS or "." in name:
+        raise ValueError(f"'{place}' is no class of this program")
+    found = placed(place)
+    plain = isinstance(found, type) and dataclasses.is_dataclass(found)
+    # a field that no file keeps would come back as something else
+    if not (plain and found.__dataclass_params__.frozen) or any(
+        field.name.startswith("_") for field in dataclasses.fields(found) if field.init
+    ):
+        raise ValueError(f"'{place}' is no class whose objects a file may hold")
+    return found

@@ -113,6 +113,7 @@ def carry_out(
     from studies.common.configuration import toml_text
     from studies.common.folder import INPUT_FILE, ResultsFolder, open_results, provenance
     from studies.common.result import Result
+    from studies.common.whole_files import write_whole
 
     how: dict[str, Any] = {}
     try:
@@ -134,11 +135,14 @@ def carry_out(
     )
     with folder.written(f"go on by: {go_on}") if go_on else folder.written():
         if study.resumes:
-            from studies.common.finished import FinishedStarts  # the engine loads with it
+            from studies.common.finished import finished_steps  # the engine loads with it
 
-            how["kept"] = FinishedStarts(folder.path)
+            how["kept"] = finished_steps(folder.path, [study.kind, configuration])
+            if options.resume is not None:
+                console.progress(_taken_over(how["kept"].count))
         again = folder.file(INPUT_FILE)
-        again.write_text(head + toml_text(configuration, inline=("minimise",)), "utf-8")
+        # whole at any moment, as it is what a run goes on with
+        write_whole(again, (head + toml_text(configuration, inline=("minimise",))).encode())
         begun = Result.begun(study.kind, stated.question, configuration, provenance())
         begun.save(folder.path)
 
@@ -148,6 +152,13 @@ def carry_out(
 
         result = _solved(solve, folder, begun, go_on, console)
         return hand_over(study, result, folder, f"{command} {again}", options, console, go_on)
+
+
+def _taken_over(count: int) -> str:
+    """What to say of finished steps that a study finds in its folder."""
+    if not count:
+        return "no step of this study, as input.toml states it, was finished by this version"
+    return f"{count} step{'s were' if count > 1 else ' was'} finished in an earlier run"
 
 
 def _solved(

@@ -27,6 +27,7 @@ from ocp import (
 )
 from ocp.diagnostics.optimality_conditions import other_controls_condition
 from studies.common.console import Console
+from studies.common.finished import NOTHING_KEPT, FinishedSteps, mark
 from studies.common.result import Criterion
 
 NAME = "a second solve"
@@ -58,6 +59,15 @@ class SecondSolve:
     interrupted: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """The same, with a solution only where it is another one than the first."""
+
+    better: Solution | None
+    check: Criterion
+    interrupted: bool = False
+
+
 def second_solve(
     solution: Solution,
     settings: Settings,
@@ -67,6 +77,7 @@ def second_solve(
     constants: Mapping[Constant, float] | None = None,
     gain: float = Tolerances().gain,
     name: str = NAME,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> SecondSolve:
     """Confirm an answer; where a better motion is found, solve once from there.
 
@@ -80,10 +91,32 @@ def second_solve(
         Part of the objective that a better answer may have more.
     name : str
         Of the check, where several answers are asked.
+    kept : FinishedSteps, optional
+        Where what came of it goes to, and where that of an earlier run is read.
     """
-    begin = clock.monotonic()
     if left <= 0.0:
         return SecondSolve(solution, _criterion(name, "open: no seconds are left", math.nan, gain))
+    found = kept.step(
+        name,
+        lambda: _asked(solution, settings, console, left, constants, gain, name),
+        solution.problem,
+        console.progress,
+        begins_with=mark(solution),
+    )
+    answer = solution if found.better is None else found.better
+    return SecondSolve(answer, found.check, found.interrupted)
+
+
+def _asked(
+    solution: Solution,
+    settings: Settings,
+    console: Console,
+    left: float,
+    constants: Mapping[Constant, float] | None,
+    gain: float,
+    name: str,
+) -> _Answer:
+    begin = clock.monotonic()
     console.progress(f"{name}, on another mesh and from beside the answer")
     seconds = min(max(solution.seconds, LEAST_SECONDS), left)
     asked = partial(confirm, seconds=seconds, progress=console.live), other_controls_condition
@@ -97,13 +130,13 @@ def second_solve(
         better = _from(certificate.start, solution, within, constants, least, console)
     except (KeyboardInterrupt, Interrupted):
         stopped = _criterion(name, "stopped by the user", math.nan, gain)
-        return SecondSolve(solution, stopped, interrupted=True)
+        return _Answer(None, stopped, interrupted=True)
 
-    found = SecondSolve(solution, _said(name, certificate, gain))
+    found = _Answer(None, _said(name, certificate, gain))
     if better is not None:
         part = _gain(solution, better)
         words = f"it was better by {part:.1e} of the objective, and is the answer now"
-        found = SecondSolve(better, _criterion(name, words, math.nan, gain))
+        found = _Answer(better, _criterion(name, words, math.nan, gain))
     console.progress(f"{found.check.sentence}, {clock.monotonic() - begin:.1f} s")
     return found
 

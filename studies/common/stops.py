@@ -25,7 +25,7 @@ _TO_ANSWER = 1.0  # [s] in which a run may end by itself before the signal is an
 _LATER = 0.01  # [s] until an interrupt is tried again
 
 
-def kept(result: Callable[[bool], Result], stopped: bool = False) -> Result:
+def kept_anyway(result: Callable[[bool], Result], stopped: bool = False) -> Result:
     """The result of what a search has found, which no first Ctrl-C takes away any more.
 
     Parameters

@@ -144,8 +144,8 @@ class Study:
     presets : folder with files that `--preset` names.
     beside : function from a stated study and the folder of its file to the study with the contents
         of files that it names.
-    resumes : whether its `run` takes `kept`, a `FinishedStarts` that holds what is finished, so
-        that a run that was stopped can go on.
+    resumes : whether its `run` takes `kept`, the `FinishedSteps` of its folder, so that a run that
+        was stopped can go on: see `studies.common.finished`.
     files : function from a result to texts of further files, by name.
     outcome : function from a result to the text that is printed; by default that of all studies.
     figures : function from a result to names and figures.

@@ -14,6 +14,7 @@ STUDY = Study(
     state="studies.mission.config:as_dictionary",
     run="studies.mission.study:run",
     folder="mission-{0.least}",
+    resumes=True,
     figures="studies.mission.figures:draw",
     answers="parts",
     mechanism=Mechanism(title="Mission", page="studies.common.scene.links"),

@@ -21,10 +21,11 @@ from ocp.arrays import Array
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict
-from studies.common.stops import kept
+from studies.common.stops import kept_anyway
 from studies.mission.config import MissionStudy, as_dictionary
 from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
 from studies.mission.stages import (
@@ -98,7 +99,9 @@ class Mission:
         return max(self.motions, key=lambda motion: motion.shared_by)
 
 
-def run(study: MissionStudy, console: Console | None = None) -> Result:
+def run(
+    study: MissionStudy, console: Console | None = None, *, kept: FinishedSteps = NOTHING_KEPT
+) -> Result:
     """Share the time of a mission out among its stages.
 
     Parameters
@@ -107,6 +110,8 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
         What is asked.
     console : Console, optional
         Where lines of progress go: standard error by default. `silent()` shows none.
+    kept : FinishedSteps, optional
+        Where motions of stages go to, and where those of an earlier run are read.
 
     Returns
     -------
@@ -120,11 +125,11 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
         a motion.
     """
     with at_work(console) as told:
-        return _answer(study, told)
+        return _answer(study, told, kept)
 
 
-def _answer(study: MissionStudy, console: Console) -> Result:
-    found = _FoundMotions(study, console)
+def _answer(study: MissionStudy, console: Console, kept: FinishedSteps) -> Result:
+    found = _FoundMotions(study, console, kept)
     curves = list(found.curves.values())
     rigid = [rigid_duration(study, name) for name in STAGES]
     try:
@@ -142,12 +147,12 @@ def _answer(study: MissionStudy, console: Console) -> Result:
                 "stopped before a motion of a stage was found; the inputs are kept",
                 ExitCode.INTERRUPTED,
             ) from stop
-        return _result_of(study, curves, motions, console, stopped=True)
+        return _result_of(study, curves, motions, console, kept, stopped=True)
 
     motions = [
         found.known[name, duration] for name, duration in zip(STAGES, durations, strict=True)
     ]
-    return _result_of(study, curves, motions, console, stopped=False)
+    return _result_of(study, curves, motions, console, kept, stopped=False)
 
 
 def _result_of(
@@ -155,14 +160,15 @@ def _result_of(
     curves: Sequence[StageCurve],
     motions: Sequence[StageMotion],
     console: Console,
+    kept: FinishedSteps,
     *,
     stopped: bool,
 ) -> Result:
     def result(whole: bool) -> Result:
         del whole  # what follows from the motions takes seconds
-        return _result(_mission(study, curves, motions, console, stopped=stopped))
+        return _result(_mission(study, curves, motions, console, kept, stopped=stopped))
 
-    return kept(result, stopped)
+    return kept_anyway(result, stopped)
 
 
 @dataclass(eq=False)
@@ -179,6 +185,7 @@ class _FoundMotions:
 
     study: MissionStudy
     console: Console
+    kept: FinishedSteps = NOTHING_KEPT
     known: dict[tuple[str, float], StageMotion] = field(default_factory=dict)
     latest: dict[str, StageMotion] = field(default_factory=dict)
     whole: dict[str, StageMotion] = field(default_factory=dict)
@@ -211,12 +218,13 @@ class _FoundMotions:
 
     def _part(self, name: str, duration: float) -> Part:
         """Finds a motion, from the latest one of the stage where that is near."""
-        latest = self.latest.get(name)
+        latest, step = self.latest.get(name), f"{name} in {duration:.12g} s"
         if name == RING and latest is not None and latest.deployment is not None:
-            return Part(move_ring, (self.study, duration, latest.deployment.law))
+            law = latest.deployment.law
+            return self.kept.part(step, move_ring, self.study, duration, law)
         if latest is None or latest.start is None or not latest.start.near(duration):
-            return Part(move, (self.study, name, duration))
-        return Part(move_from, (self.study, name, duration, latest.start))
+            return self.kept.part(step, move, self.study, name, duration)
+        return self.kept.part(step, move_from, self.study, name, duration, latest.start)
 
 
 def _mission(
@@ -224,6 +232,7 @@ def _mission(
     curves: Sequence[StageCurve],
     motions: Sequence[StageMotion],
     console: Console,
+    kept: FinishedSteps,
     *,
     stopped: bool,
 ) -> Mission:
@@ -237,7 +246,11 @@ def _mission(
     alone = None
     if not stopped:
         console.progress("ring: the same time without the arm, to compare with")
-        alone = move_ring_alone(study, ring.law.duration, console)
+        alone = kept.step(
+            WITHOUT,
+            lambda: move_ring_alone(study, ring.law.duration, console),
+            say=console.progress,
+        )
     laws = _laws(study, ring, alone)
     model = study.carrier.with_ring(study.truss)
     still = dataclasses.replace(model, turns=False)

@@ -10,22 +10,26 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
 from models.ancf.analysis import LockedRun, run_and_lock
-from models.ancf.chain import Link
+from models.ancf.chain import Chain, Link
 from models.ancf.integrate import Simulation, StepControl, simulate
 from models.ancf.joints import Free, Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters, double_pendulum, single_pendulum
 from models.laws import Bezier, Step5, paper_points
 from models.truss import DYNAMIC_SET, KINEMATIC_SET, TrussParameters
+from ocp.arrays import Array
 from studies.arm.stage import Stage, big_arm, small_arm
 from studies.common.console import Console, silent
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.paper.config import PaperStudy
 from studies.truss.motions.deployment import Deployment
 
+_T = TypeVar("_T")
 DEPLOYED = math.pi / 2
 WITH_FRICTION = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01)
 AS_PRINTED = dataclasses.replace(DYNAMIC_SET, counting="as printed")
@@ -80,10 +84,12 @@ class Cases:
     ----------
     study : what is asked.
     console : where progress is said.
+    kept : where simulations go to, and where those of an earlier run are read.
     """
 
     study: PaperStudy
     console: Console = field(default_factory=silent)
+    kept: FinishedSteps = NOTHING_KEPT
 
     def laws(self, truss: TrussParameters) -> tuple[Deployment, Deployment]:
         """The Bezier law with its ends pinned to the exact angles, and Step5."""
@@ -119,10 +125,9 @@ class Cases:
         for name, make in (("single", single_pendulum), ("double", double_pendulum)):
             self.console.progress(f"{name} pendulum")
             times = np.linspace(0.0, PENDULUM_TIMES[name], PENDULUM_SAMPLES)
-            chains = [make(elements) for elements in PENDULUM_ELEMENTS]
             fine, coarse = (
-                simulate(chain, [Free()] * len(chain.links), posed(chain), times)
-                for chain in chains
+                self._step(f"{name} pendulum, {elements} elements a link", _swung, chain, times)
+                for elements, chain in ((n, make(n)) for n in PENDULUM_ELEMENTS)
             )
             runs[name] = fine, coarse
         return runs
@@ -135,15 +140,26 @@ class Cases:
         for name, make in stages.items():
             self.console.progress(f"{name} arm")
             stage = make()
-            runs[name] = stage, linear_run(stage, self.study.elements, ARM_STEPS[name])
+            given = stage, self.study.elements, ARM_STEPS[name]
+            runs[name] = stage, self._step(f"{name} arm", linear_run, *given)
         return runs
 
     def faster(self, name: str, duration: float, modulus: float = 1.0) -> tuple[Stage, LockedRun]:
         """A stage in another time [s], of an arm whose modulus is a multiple of ours."""
-        self.console.progress(f"{name} arm in {duration:g} s, modulus times {modulus:g}")
+        step = f"{name} arm in {duration:g} s, modulus times {modulus:g}"
+        self.console.progress(step)
         arm = stiffened(ArmParameters(), modulus)
         stage = {"big": big_arm, "small": small_arm}[name](duration, arm)
-        return stage, linear_run(stage, self.study.elements, FASTER_STEPS)
+        given = stage, self.study.elements, FASTER_STEPS
+        return stage, self._step(step, linear_run, *given)
+
+    def _step(self, name: str, take: Callable[..., _T], *given: object) -> _T:
+        return self.kept.step(name, lambda: take(*given), say=self.console.progress)
+
+
+def _swung(chain: Chain, times: Array) -> Simulation:
+    """A chain that is let go from rest."""
+    return simulate(chain, [Free()] * len(chain.links), posed(chain), times)
 
 
 def stiffened(arm: ArmParameters, factor: float) -> ArmParameters:

@@ -12,6 +12,7 @@ STUDY = Study(
     "verdict rests on was not found.",
     keys={"": "studies.paper.config:PaperStudy"},
     run="studies.paper.study:run",
+    resumes=True,
     files="studies.paper.listing:files",
     outcome="studies.paper.listing:outcome_text",
     figures="studies.paper.figures:draw",

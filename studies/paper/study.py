@@ -11,6 +11,7 @@ import numpy as np
 from studies.common.comparison_table import TableRow
 from studies.common.configuration import as_stated
 from studies.common.console import Console, at_work
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.paper.cases import Cases
@@ -35,7 +36,12 @@ SECTIONS: Mapping[str, Callable[[Cases], list[Entry]]] = {
 }
 
 
-def run(study: PaperStudy | None = None, console: Console | None = None) -> Result:
+def run(
+    study: PaperStudy | None = None,
+    console: Console | None = None,
+    *,
+    kept: FinishedSteps = NOTHING_KEPT,
+) -> Result:
     """Recompute the paper.
 
     Parameters
@@ -44,6 +50,8 @@ def run(study: PaperStudy | None = None, console: Console | None = None) -> Resu
         With the defaults unless it is given.
     console : Console, optional
         Where lines of progress go: standard error by default. `silent()` shows none.
+    kept : FinishedSteps, optional
+        Where simulations go to, and where those of an earlier run are read.
 
     Returns
     -------
@@ -53,7 +61,7 @@ def run(study: PaperStudy | None = None, console: Console | None = None) -> Resu
     """
     study = study or PaperStudy()
     with at_work(console) as told:
-        cases = Cases(study, told)
+        cases = Cases(study, told, kept)
         return result_of(study, entries_of(cases), cases)
 
 

@@ -9,24 +9,17 @@ import dataclasses
 from collections.abc import Sequence
 
 from ocp import FrontPoint
-from ocp.arrays import Array
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.result import Result, Series
 from studies.fronts.columns import point_name
 from studies.pareto.config import limited, study_from
 from studies.truss.config import as_dictionary
-from studies.truss.motions.deployment import Deployment, how_to_read
+from studies.truss.motions.deployment import how_to_read
 from studies.truss.motions.laws import BEFORE, deployment_of, stored_law
 from studies.truss.study import KNOTS, series_of
 
-# what a law is made of again
+# what `stored_law` makes a law of again
 LAW_COLUMNS = ("time", "angle", "angular_speed", "angular_acceleration", BEFORE, *KNOTS)
-
-
-def law_columns(deployment: Deployment) -> dict[str, Array]:
-    """The columns that `stored_law` makes a motion's law of again."""
-    columns = series_of(deployment)
-    return {name: columns[name].values for name in LAW_COLUMNS if name in columns}
 
 
 def motion_series(points: Sequence[FrontPoint]) -> dict[str, Series]:

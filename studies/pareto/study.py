@@ -13,9 +13,9 @@ import numpy as np
 
 from ocp import ParetoFront
 from studies.common.console import Console, at_work
-from studies.common.finished import FinishedStarts
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.result import Criterion, Result
-from studies.common.stops import kept as kept_anyway
+from studies.common.stops import kept_anyway
 from studies.fronts.found import front_found
 from studies.fronts.result import front_result, named_points
 from studies.fronts.words import dominated_law, open_end_in_words
@@ -44,7 +44,7 @@ def run(
     console: Console | None = None,
     *,
     checked: TrussFront | None = None,
-    kept: FinishedStarts | None = None,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> Result:
     """Find the front of two objectives of the truss.
 
@@ -56,7 +56,7 @@ def run(
         Where lines of progress go: standard error by default. `silent()` shows none.
     checked : TrussFront, optional
         As `check` gives it, so that nothing is looked into twice.
-    kept : FinishedStarts, optional
+    kept : FinishedSteps, optional
         Where finished points go to, and where those of an earlier run are read.
 
     Returns

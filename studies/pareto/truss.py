@@ -34,18 +34,17 @@ from ocp import (
 )
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
-from studies.common.finished import FinishedStarts
+from studies.common.finished import EARLIER, NOTHING_KEPT
 from studies.common.second_solve import SecondSolve, second_solve
 from studies.pareto.config import ParetoStudy, limited
 from studies.pareto.laws import axis_of
-from studies.pareto.motions import LAW_COLUMNS, law_columns
 from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.caps import cap_on
 from studies.truss.limits.feasibility import Unattained
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import deployment_of, law_of, stored_law
+from studies.truss.motions.laws import deployment_of, law_of
 from studies.truss.motions.starts import start_from_law
 from studies.truss.problem import Statement, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
@@ -117,7 +116,7 @@ class TrussFront:
 
     Attributes
     ----------
-    kept : FinishedStarts or None
+    kept : FinishedSteps
         Where ends and points go to, and where those of an earlier run are read. A front is walked
         in the same order whenever it is run, so that a point is known by its number and its limit.
     """
@@ -126,7 +125,7 @@ class TrussFront:
 
     def __init__(self, study: ParetoStudy, console: Console) -> None:
         self.study, self.console = study, console
-        self.kept: FinishedStarts | None = None
+        self.kept = NOTHING_KEPT
         self.limited, self.least = study.pareto.limited, study.pareto.least
         self.axes = axis_of(self.limited), axis_of(self.least)
         coarse = study.pareto.coarse
@@ -237,23 +236,14 @@ class TrussFront:
         return self._deployment(law).values[self.limited], law
 
     def _found(self, study: TrussStudy) -> Law:
-        """The best motion of a search from all starts."""
+        """The best motion of a search from all starts.
+
+        Where it fails beside an open end, the error says what would close that.
+        """
         self.searches += 1
         self.console.progress(f"an end of the front: {study.question}")
-        if self.kept is None:
-            return self._searched(study)
-        name = f"end-{self.searches}"
-        columns = self.kept.arrays(name, LAW_COLUMNS)
-        if not columns:
-            law = self._searched(study, self.kept.within(name))
-            self.kept.keep_arrays(name, law_columns(self._deployment(law)))
-            # as another run would read it
-            columns = self.kept.arrays(name, LAW_COLUMNS)
-        return stored_law(columns)
-
-    def _searched(self, study: TrussStudy, kept: FinishedStarts | None = None) -> Law:
-        """The motion of a search; where it fails beside an open end, what would close that."""
         try:
+            kept = self.kept.within(f"end {self.searches}")
             return best_law(study, self.console, kept=kept)
         except StudyError as error:
             remedies = [limit.remedy for limit in self.open_ends.values()]
@@ -312,16 +302,16 @@ class TrussFront:
     ) -> FrontPoint:
         self.solves += 1
         name = f"{self.solves:03d}-{limit:.9g}"
-        trial = None if self.kept is None else self.kept.read(POINT, name, program.problem)
+        trial = self.kept.read(POINT, name, program.problem)
         earlier = trial is not None
         if trial is None:
             trial = self._tried(name, program, limit, guess)
-            if self.kept is not None:  # before it is said: who reads it may kill the process
-                self.kept.keep(POINT, trial)
+            # before it is said: who reads it may kill the process
+            self.kept.keep(POINT, trial)
         across = self.axes[0]
         self.console.progress(
             f"solve {self.solves} of the front, {across.title} at most {limit:.5g} {across.unit}: "
-            + ("in an earlier run" if earlier else f"{trial.seconds:.1f} s")
+            + (EARLIER if earlier else f"{trial.seconds:.1f} s")
         )
         if trial.solution is None:
             raise PointNotFound(str(trial.error))
@@ -373,6 +363,7 @@ class TrussFront:
             constants={program.limit: point.limit},
             gain=ACCURACY.objective,
             name=name,
+            kept=self.kept,
         )
         if second.solution is motion.solution:
             return point, second

@@ -22,6 +22,7 @@ STUDY = Study(
     state="studies.robust.config:as_dictionary",
     check="studies.robust.search:check",
     run="studies.robust.study:run",
+    resumes=True,
     figures="studies.robust.figures:draw",
     mechanism="studies.truss.command:RING",
 )

@@ -15,9 +15,22 @@ from typing import NoReturn
 import numpy as np
 
 from models.laws import Law
-from ocp import Audit, Interrupted, OcpError, Problem, Relaxed, Settings, Solution, audit, relaxed
+from ocp import (
+    Audit,
+    Interrupted,
+    OcpError,
+    Problem,
+    Relaxed,
+    Settings,
+    Solution,
+    Trial,
+    audit,
+    relaxed,
+)
+from studies.common.code_version import hashed
 from studies.common.console import Console, number, silent
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.result import Criterion
 from studies.common.second_solve import second_solve
 from studies.robust.config import NOMINAL, RobustTrussStudy
@@ -116,12 +129,18 @@ def bounds(study: RobustTrussStudy, scenarios: Iterable[str]) -> dict[str, float
     return found
 
 
-def search(study: RobustTrussStudy, nominal: Deployment, console: Console) -> RobustLaw:
+def search(
+    study: RobustTrussStudy,
+    nominal: Deployment,
+    console: Console,
+    kept: FinishedSteps = NOTHING_KEPT,
+) -> RobustLaw:
     """Solve from all starts, for the scenarios and for as many corners as it takes.
 
     Parameters
     ----------
     nominal : the nominal truss's own law, whose worst corners are served from the beginning.
+    kept : where finished steps go to, and where those of an earlier run are read.
 
     Raises
     ------
@@ -132,7 +151,7 @@ def search(study: RobustTrussStudy, nominal: Deployment, console: Console) -> Ro
     try:
         for _ in range(ROUNDS):
             console.progress(f"robust law: {len(study.scenarios)} scenarios")
-            found = _for_scenarios(study, console)
+            found = _for_scenarios(study, console, kept)
             more = with_corners(study, Deployment("robust", found.law, study.deployment.truss))
             if more is study or found.audit.interrupted:
                 break
@@ -145,13 +164,13 @@ def search(study: RobustTrussStudy, nominal: Deployment, console: Console) -> Ro
         audited = dataclasses.replace(found.audit, interrupted=True)
         return dataclasses.replace(found, audit=audited)
     assert found is not None
-    return found if found.audit.interrupted else _a_second_time(found, console)
+    return found if found.audit.interrupted else _a_second_time(found, console, kept)
 
 
-def _a_second_time(found: RobustLaw, console: Console) -> RobustLaw:
+def _a_second_time(found: RobustLaw, console: Console, kept: FinishedSteps) -> RobustLaw:
     """The law that a second solve leaves, with what it says of it."""
     settings = _settings(found.study.deployment, len(_starts(found.study)))
-    second = second_solve(found.solution, settings, console)
+    second = second_solve(found.solution, settings, console, kept=kept)
     return dataclasses.replace(
         found,
         audit=dataclasses.replace(found.audit, interrupted=second.interrupted),
@@ -161,9 +180,9 @@ def _a_second_time(found: RobustLaw, console: Console) -> RobustLaw:
     )
 
 
-def _for_scenarios(study: RobustTrussStudy, console: Console) -> RobustLaw:
+def _for_scenarios(study: RobustTrussStudy, console: Console, kept: FinishedSteps) -> RobustLaw:
     try:
-        found = _from_all_starts(study, tuple(study.scenarios), console)
+        found = _from_all_starts(study, tuple(study.scenarios), console, kept)
     except Interrupted as stop:
         raise StudyError("interrupted before a law was found", ExitCode.INTERRUPTED) from stop
     except (OcpError, NoLawError) as error:
@@ -250,7 +269,10 @@ def _who_prevents(study: RobustTrussStudy) -> str:
 
 
 def _from_all_starts(
-    study: RobustTrussStudy, scenarios: Sequence[str], console: Console
+    study: RobustTrussStudy,
+    scenarios: Sequence[str],
+    console: Console,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> RobustLaw:
     statements: dict[Problem, Statement] = {}
     deployment = study.deployment
@@ -262,8 +284,18 @@ def _from_all_starts(
         return problem
 
     laws = _starts(study)
+    starts = {law: functools.partial(stated, law) for law in laws}
+    # corners that were found are scenarios, too: each set of them is a problem of its own
+    kind = hashed([study.scenarios[name] for name in scenarios])[:12]
+    known = kept.known(kind, starts)
+
+    def finished(trial: Trial) -> None:
+        if trial.name not in known:
+            kept.keep(kind, trial)
+        console.progress(_line(trial, earlier=trial.name in known))
+
     found = audit(
-        starts={law: functools.partial(stated, law) for law in laws},
+        starts=starts,
         settings=_settings(deployment, len(laws)),
         value=lambda problem, solution: solution.value(
             statements[problem].stages[0], replayed=True
@@ -272,18 +304,23 @@ def _from_all_starts(
         processes=1,
         failures=(StudyError,),
         seconds=deployment.solver.seconds,
+        known=known,
         progress=console.live,
-        finished=lambda trial: console.progress(
-            f"{trial.name}: failed, {trial.error}"
-            if trial.solution is None
-            else f"{trial.name}: worst force {number(trial.value, 7)} N, {trial.seconds:.1f} s"
-        ),
+        finished=finished,
     )
     best = found.optima[0].solution
     if not (found.interrupted or best.verification.passed):
         raise NoLawError("; ".join(best.verification.reasons))
     statement = statements[best.problem]
     return RobustLaw(found, best, law_of(deployment, statement, best), study, statement)
+
+
+def _line(trial: Trial, earlier: bool) -> str:
+    """One line of progress for a start that is done, in this run or in an earlier one."""
+    if trial.solution is None:
+        return f"{trial.name}: failed, {trial.error}"
+    when = f"{trial.seconds:.1f} s{', in an earlier run' if earlier else ''}"
+    return f"{trial.name}: worst force {number(trial.value, 7)} N, {when}"
 
 
 def _starts(study: RobustTrussStudy) -> list[str]:

@@ -7,6 +7,7 @@ and through trusses that are drawn.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -15,10 +16,11 @@ import numpy as np
 
 from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, at_work
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.rates import Rate, rate
 from studies.common.result import Criterion, Result, Series, Verdict
-from studies.common.stops import kept
+from studies.common.stops import kept_anyway
 from studies.margin.schema import MarginRequirements
 from studies.robust.config import NOMINAL, RobustTrussStudy, as_dictionary
 from studies.robust.ranges import WorstTruss, extremes
@@ -29,8 +31,7 @@ from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.tolerances import CAPS, TENSION
 from studies.truss.motions.deployment import Deployment, how_to_read
 from studies.truss.motions.laws import paper_laws
-from studies.truss.search.best_motion import BestMotion
-from studies.truss.search.motion_search import Search
+from studies.truss.search.best_law import best_law
 from studies.truss.search.verdict import BOUND_MET
 from studies.truss.study import series_of
 
@@ -46,7 +47,6 @@ class _Found:
     """Both laws, in all scenarios and on all draws; the study's corners are those it serves."""
 
     study: RobustTrussStudy
-    nominal: BestMotion
     robust: RobustLaw
     laws: tuple[Deployment, Deployment]
     scenarios: Mapping[str, Replay]  # of each law, a truss for each scenario
@@ -70,8 +70,22 @@ class _Found:
         return self.study.deployment.caps.force or self.worst
 
 
-def run(study: RobustTrussStudy, console: Console | None = None) -> Result:
+def run(
+    study: RobustTrussStudy,
+    console: Console | None = None,
+    *,
+    kept: FinishedSteps = NOTHING_KEPT,
+) -> Result:
     """Find the robust law, and compare it with the nominal optimum.
+
+    Parameters
+    ----------
+    study : RobustTrussStudy
+        What is asked.
+    console : Console, optional
+        Where lines of progress go: standard error by default. `silent()` shows none.
+    kept : FinishedSteps, optional
+        Where finished steps go to, and where those of an earlier run are read.
 
     Returns
     -------
@@ -84,29 +98,32 @@ def run(study: RobustTrussStudy, console: Console | None = None) -> Result:
         If no law serves all scenarios, or none was found.
     """
     with at_work(console) as told:
-        return _answer(study, told)
+        return _answer(study, told, kept)
 
 
-def _answer(study: RobustTrussStudy, console: Console) -> Result:
+def _answer(study: RobustTrussStudy, console: Console, kept: FinishedSteps) -> Result:
     deployment = study.deployment
     console.progress("the force that no law beats in each scenario")
-    least = bounds(study, study.scenarios)  # now, as who stops the search does not wait for it
+    # now, as who stops the search does not wait for it
+    least = kept.step("bounds", lambda: bounds(study, study.scenarios), say=console.progress)
     console.progress(f"{NOMINAL_LAW}: the best motion of the nominal truss, to compare with")
-    nominal = Search(replace(deployment, margin=None), console).run()
-    if nominal.interrupted:
-        raise KeyboardInterrupt  # which is no motion to go on from
-    own = Deployment(NOMINAL_LAW, nominal.deployment.law, deployment.truss, None, deployment.margin)
-    robust = search(study, own, console)
-    stopped = robust.audit.interrupted
-    return kept(lambda whole: _result(_found(nominal, robust, own, least, console, whole)), stopped)
+    nominal = replace(deployment, margin=None)
+    law = best_law(nominal, console, kept=kept.within(NOMINAL_LAW), accuracy=None)
+    own = Deployment(NOMINAL_LAW, law, deployment.truss, None, deployment.margin)
+    robust = search(study, own, console, kept)
+
+    def result(whole: bool) -> Result:
+        return _result(_found(robust, own, least, console, kept, whole))
+
+    return kept_anyway(result, robust.audit.interrupted)
 
 
 def _found(
-    nominal: BestMotion,
     robust: RobustLaw,
     own: Deployment,
     least: Mapping[str, float],
     console: Console,
+    kept: FinishedSteps,
     whole: bool,
 ) -> _Found:
     """Both laws on all trusses.
@@ -117,15 +134,17 @@ def _found(
     laws = (Deployment(ROBUST, robust.law, deployment.truss, None, deployment.margin), own)
     stated = np.array([study.values_of(stated) for stated in study.scenarios.values()])
     scenarios = {law.name: replay(law, stated) for law in laws}
-    draws = {}
+    draws: dict[str, Replay] = {}
     if study.uncertainty.draws and study.uncertainty.scatter and whole:
         console.progress(f"{study.uncertainty.draws} trusses are drawn")
         values = drawn(study)
-        draws = {law.name: replay(law, values, console.progress) for law in laws}
+        for law in laws:
+            take = functools.partial(replay, law, values, console.progress)
+            draws[law.name] = kept.step(f"draws of {law.name}", take, say=console.progress)
     if whole:
         least = {**least, **bounds(study, [name for name in study.scenarios if name not in least])}
     ranges = {law.name: both for law in laws if (both := extremes(study, law)) is not None}
-    return _Found(study, nominal, robust, laws, scenarios, ranges, draws, least)
+    return _Found(study, robust, laws, scenarios, ranges, draws, least)
 
 
 def _result(found: _Found) -> Result:

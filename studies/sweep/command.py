@@ -168,7 +168,8 @@ def _open(path: Path, study: SweepStudy) -> ResultsFolder:
         provenance,
     )
     from studies.common.result import Result
-    from studies.sweep.cases.store import AGAIN, FOLDER, write_whole
+    from studies.common.whole_files import write_whole
+    from studies.sweep.cases.store import AGAIN, FOLDER
     from studies.sweep.config import as_dictionary
 
     folder = ResultsFolder(path)
@@ -189,7 +190,7 @@ def _open(path: Path, study: SweepStudy) -> ResultsFolder:
     configuration = as_dictionary(study)
     with folder.written(AGAIN):
         (path / FOLDER).mkdir(exist_ok=True)
-        write_whole(folder.file(INPUT_FILE), head + toml_text(configuration))
+        write_whole(folder.file(INPUT_FILE), (head + toml_text(configuration)).encode())
         Result.begun("sweep", study.question, configuration, provenance()).save(path)
     return folder
 

@@ -12,10 +12,10 @@ from typing import Any
 
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, at_work
-from studies.common.finished import FinishedStarts
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.result import Result, Series
-from studies.common.stops import kept as kept_anyway
+from studies.common.stops import kept_anyway
 from studies.truss.bars import bars_of
 from studies.truss.checks import (
     arm_in_words,
@@ -62,7 +62,7 @@ def run(
     neighbour: Result | None = None,
     *,
     checked: Search | None = None,
-    kept: FinishedStarts | None = None,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> Result:
     """Find the optimal deployment, compare it with the paper's laws, and verify it.
 
@@ -76,8 +76,8 @@ def run(
         Of a like study: its motion is the first to start from, before the laws of this study.
     checked : Search, optional
         As `check` gives it, so that nothing is looked into twice.
-    kept : FinishedStarts, optional
-        Where finished starts go to, and come from.
+    kept : FinishedSteps, optional
+        Where finished steps go to, and come from.
 
     Returns
     -------

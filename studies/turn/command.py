@@ -23,6 +23,7 @@ STUDY = Study(
     run="studies.turn.study:run",
     check="studies.turn.study:check",
     folder="turn-{0.minimise}",
+    resumes=True,
     figures="studies.turn.figures:draw",
     mechanism=TURNED,
     sweep=Swept(seconds=(3.0, 3.0)),

@@ -7,6 +7,7 @@ anew, in sines and without an integrator, and so is that to the paper's laws.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import time as clock
 from collections.abc import Mapping
@@ -28,6 +29,7 @@ from ocp import OcpError, Solution, solve
 from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict, at_most
 from studies.common.rounding import up
@@ -121,7 +123,9 @@ def least_duration(study: TurnStudy) -> float:
     return least_turn_time_bound(study.parameters, study.angle, *limits)
 
 
-def run(study: TurnStudy, console: Console | None = None) -> Result:
+def run(
+    study: TurnStudy, console: Console | None = None, *, kept: FinishedSteps = NOTHING_KEPT
+) -> Result:
     """Find the turn, and compare it with the paper's laws for the drive.
 
     Parameters
@@ -130,6 +134,8 @@ def run(study: TurnStudy, console: Console | None = None) -> Result:
         What is asked.
     console : Console, optional
         Where lines of progress go: standard error by default. `silent()` shows none.
+    kept : FinishedSteps, optional
+        Where finished solves go to, and where those of an earlier run are read.
 
     Returns
     -------
@@ -143,19 +149,21 @@ def run(study: TurnStudy, console: Console | None = None) -> Result:
     """
     check(study)
     with at_work(console) as told:
-        return _result(study, told)
+        return _result(study, told, kept)
 
 
-def _result(study: TurnStudy, console: Console) -> Result:
+def _result(study: TurnStudy, console: Console, kept: FinishedSteps) -> Result:
     known = closed_form(study)
     statement = state(study, known or _rigid(study), known is not None)
     begin = clock.monotonic()
+    problem, settings = statement.problem, statement.settings
+    take = functools.partial(solve, problem, settings=settings, progress=console.live)
     try:
-        found = solve(statement.problem, settings=statement.settings, progress=console.live)
+        found = kept.step("turn", take, problem, console.progress)
     except OcpError as error:
         raise StudyError(str(error), ExitCode.NOT_SOLVED) from error
     console.progress(f"solved in {clock.monotonic() - begin:.1f} s")
-    second = second_solve(found, statement.settings, console)
+    second = second_solve(found, settings, console, kept=kept)
 
     drive = _drive_of(second.solution, statement.acceleration, study)
     duration = drive.duration

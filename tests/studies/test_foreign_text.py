@@ -11,7 +11,7 @@ import pytest
 from benchmarks.shows.fuzz import damage
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import FOLDER, FinishedStarts
+from studies.common.finished import FinishedSteps
 from studies.common.folder import open_results, resumed_results
 from studies.common.foreign_text import DEEPEST, parsed_json, parsed_toml
 from studies.common.result import ARRAYS_FILE, RESULT_FILE, Result, Series, reading
@@ -133,11 +133,25 @@ def test_what_reads_a_changed_result_ends_in_a_sentence(folder: Path) -> None:
         Result.load(folder).details["titles"]
 
 
-@pytest.mark.parametrize("record", [*NESTED, "[]", '{"failure": null}', LARGE[2]])
+@pytest.mark.parametrize(
+    "record",
+    [
+        *(f'"objects": [], "root": {nested}' for nested in NESTED),
+        '"root": [null, null]',
+        '"objects": [], "root": [null, null, "x", 1]',
+        '"objects": [], "root": 1',
+        '"objects": [{"class": "os:system", "fields": {}}], "root": {"object": 0}',
+        '"objects": [{"class": "studies.cli:main", "fields": {}}], "root": {"object": 0}',
+        '"objects": [{"class": "studies.none:Use", "fields": {}}], "root": {"object": 0}',
+        '"objects": [{"class": "studies.mission.stages:Use", "fields": {}}], "root": {"object": 0}',
+    ],
+)
 def test_a_damaged_record_of_a_start_is_solved_again(tmp_path: Path, record: str) -> None:
-    (tmp_path / FOLDER).mkdir()
-    (tmp_path / FOLDER / "motion-bezier.json").write_text(record)
-    assert FinishedStarts(tmp_path).read("motion", "bezier", None) is None
+    archive = {"solution.json": f'{{"format": "ocp solution", "version": 7, {record}}}'}
+    with zipfile.ZipFile(tmp_path / "motion-bezier.step", "w") as file:
+        for name, text in archive.items():
+            file.writestr(name, text)
+    assert FinishedSteps(tmp_path).read("motion", "bezier", None) is None
 
 
 def test_a_solution_that_unpacks_to_more_than_its_file_is_refused() -> None:

@@ -13,10 +13,10 @@ import pytest
 from ocp import OcpError, Trial
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import FinishedStarts
+from studies.common.finished import FinishedSteps
 from studies.common.result import Result, Verdict
 from studies.common.running import carry_out
-from studies.common.stops import kept
+from studies.common.stops import kept_anyway
 from studies.common.study import Study
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.study import run
@@ -117,15 +117,15 @@ def test_a_result_that_is_being_made_is_made_anew_and_shorter(listening):
         stop()  # twice, and the second time nothing is taken away
         return FOUND
 
-    assert kept(result).interrupted
+    assert kept_anyway(result).interrupted
     assert asked == [True, False]
 
 
 def test_a_search_that_was_stopped_is_not_asked_for_the_whole():
     asked = []
-    assert kept(lambda whole: asked.append(whole) or FOUND, stopped=True).interrupted
+    assert kept_anyway(lambda whole: asked.append(whole) or FOUND, stopped=True).interrupted
     assert asked == [False]
-    assert not kept(lambda whole: FOUND).interrupted
+    assert not kept_anyway(lambda whole: FOUND).interrupted
 
 
 def test_a_result_that_is_being_written_is_written_to_the_end(listening, tmp_path):
@@ -172,7 +172,7 @@ def test_no_search_begins_after_the_stop(listening):
 
 
 def test_a_start_that_was_stopped_is_no_finished_one(tmp_path):
-    starts = FinishedStarts(tmp_path)
+    starts = FinishedSteps(tmp_path)
     starts.keep("motion", Trial("stopped", SimpleNamespace(interrupted=True), None, 1.0, 0.0))
     starts.keep("motion", Trial("failed", None, OcpError("no motion"), math.nan, 0.0))
     assert starts.names("motion") == ("failed",)

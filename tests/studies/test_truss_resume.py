@@ -23,7 +23,7 @@ def test_after_kill_finished_starts_are_used(tmp_path: Path, capsys) -> None:
     code, messages = stopped_at(STUDY, "start 1 of 3 (bezier): energy", signal.SIGKILL, out)
     assert code == -signal.SIGKILL
     assert f"it goes on by: antenna-ocp truss --resume {out}" in messages
-    assert [file.name for file in (out / "starts").glob("*.json")] == ["forces-bezier.json"]
+    assert [file.name for file in out.glob("steps/*/*")] == ["forces-bezier.step"]
 
     assert main(["truss", "--resume", str(out), "--no-figures"]) == ExitCode.OK
     lines = capsys.readouterr().err.splitlines()

@@ -7,7 +7,7 @@ another way.
 
 from __future__ import annotations
 
-import hashlib
+import functools
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from ocp import Mesh, Problem, Settings, Solution, Trial, solve
-from studies.common.finished import FinishedStarts
+from ocp import Mesh, Problem, Settings, Solution, solve
+from studies.common.code_version import hashed
+from studies.common.finished import FinishedSteps
 
 Solve = Callable[..., Solution]
 """What is called as `ocp.solve` is."""
-_KIND = "solve"
 _LEAST_SECONDS = 1e-3  # a budget of none would be no budget
 
 
@@ -31,13 +31,13 @@ class FinishedSolves:
 
     Parameters
     ----------
-    kept : FinishedStarts
+    kept : FinishedSteps
         Of the results folder.
     say : callable
         Receives a line where a solve is read.
     """
 
-    def __init__(self, kept: FinishedStarts, say: Callable[[str], None]) -> None:
+    def __init__(self, kept: FinishedSteps, say: Callable[[str], None]) -> None:
         self._kept, self._say = kept, say
         self._count = 0
 
@@ -50,15 +50,10 @@ class FinishedSolves:
             As `ocp.solve` does.
         """
         self._count += 1
-        name = f"{self._count:02d}-{_mark(mesh, how.get('constants') or {})}"
-        earlier = self._kept.read(_KIND, name, problem)
-        if earlier is not None and earlier.solution is not None:
-            self._say(f"solve {self._count}: found in an earlier run")
-            return earlier.solution
-
-        solution = solve(problem, mesh=mesh, partial=False, **how)
-        self._kept.keep(_KIND, Trial(name, solution, None, float(solution.objective), 0.0))
-        return solution
+        take = functools.partial(solve, problem, mesh=mesh, partial=False, **how)
+        begins_with = _mark(mesh, how.get("constants") or {})
+        name = f"solve {self._count}"
+        return self._kept.step(name, take, problem, self._say, begins_with=begins_with)
 
 
 def within(until: float, solver: Solve) -> Solve:
@@ -75,4 +70,4 @@ def _mark(mesh: Mesh, constants: dict[Any, float]) -> str:
     """Few letters that differ where meshes or constants do."""
     numbers = [phase.breakpoints for phase in mesh.phases]
     numbers.append(np.array([*constants.values()], dtype=float))
-    return hashlib.sha256(np.concatenate(numbers).tobytes()).hexdigest()[:12]
+    return hashed(np.concatenate(numbers).tolist())[:12]

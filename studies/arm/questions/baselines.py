@@ -10,13 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from models.ancf.analysis import LockedRun
 from models.ancf.joints import Joint
 from models.errors import ModelError
+from ocp import solve
 from ocp.arrays import Array
 from studies.arm.config import BaselinesStudy, as_dictionary
 from studies.arm.laws.rigid import angle_drives, torque_drives
 from studies.arm.laws.shapers import baseline_law, baseline_names, shaper_note
 from studies.arm.laws.unit_laws import NamedLaw
+from studies.arm.optimal.finished_solves import FinishedSolves, Solve
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import FLOOR, Refined, refine
@@ -40,9 +43,10 @@ from studies.arm.search_limits import HIGHEST_CAP, JUMP_STEPS
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
-from studies.common.stops import kept
+from studies.common.stops import kept_anyway
 
 Say = Callable[[str], None]
 OPTIMUM = "optimum"
@@ -104,15 +108,20 @@ class Pair:
         return still and bool((self.optimum.peak_torque[moving] <= highest).all())
 
 
+def motion_along(stage: Stage, law: NamedLaw, drive: Drive) -> Motion:
+    """What drives the joints of a stage along a law."""
+    joints: dict[int, Joint] = {}
+    joints |= (torque_drives if drive == "torque" else angle_drives)(stage, law.law)
+    return Motion(law.name, drive, stage, joints, law.jumps)
+
+
 def replay_law(stage: Stage, law: NamedLaw, drive: Drive, *, follow: bool = True) -> LockedMotion:
     """A baseline on the full model, and the motion it leaves if that is to be followed.
 
     The finest tolerance is for slow stages, whose laws leave hardly anything. Laws that jump take
     the longest fixed step that converges: with steps of any length their fast modes take minutes.
     """
-    drives: dict[int, Joint] = {}
-    drives |= (torque_drives if drive == "torque" else angle_drives)(stage, law.law)
-    motion = Motion(law.name, drive, stage, drives, law.jumps)
+    motion = motion_along(stage, law, drive)
     after = after_lock(stage) if follow else None
 
     if law.jumps:
@@ -131,7 +140,14 @@ def after_lock(stage: Stage) -> Array:
 
 
 def compare(
-    stage: Stage, drive: Drive, limit: float | None, say: Say, live: Say, *, follow: bool = False
+    stage: Stage,
+    drive: Drive,
+    limit: float | None,
+    say: Say,
+    live: Say,
+    *,
+    follow: bool = False,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> list[Pair]:
     """Every baseline with an optimum of no higher peak torque, looser caps first.
 
@@ -142,17 +158,22 @@ def compare(
     for name in baseline_names(drive):
         live(f"{name} on the full model")
         law = baseline_law(stage, name, drive)
-        replays.append(replay_law(stage, law, drive, follow=follow))
+
+        def replayed(law: NamedLaw = law) -> LockedRun:
+            return replay_law(stage, law, drive, follow=follow).fixed
+
+        run = kept.step(law.name, replayed, say=say)
+        replays.append(LockedMotion(motion_along(stage, law, drive), run))
         say(f"{stage.name}, {drive} drive: {law.name} leaves {replays[-1].residual_energy:.2e} J")
 
     # still enough for whatever law leaves least
     least = min(replayed.residual_energy for replayed in replays)
     residual = max(FLOOR, min(RESIDUAL, least if limit is None else limit * least))
     motions: dict[float, Refined] = {}
-    pairs = []
+    solver, pairs = FinishedSolves(kept, say), []
     try:
         for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
-            refined = motion_under(stage, baseline, motions, residual, say, live)
+            refined = motion_under(stage, baseline, motions, residual, say, live, solver)
             pairs.append(Pair(baseline, refined, limit))
     except KeyboardInterrupt:
         if not pairs:
@@ -167,11 +188,12 @@ def motion_under(
     residual: float,
     say: Say,
     live: Say,
+    solver: Solve = solve,
 ) -> Refined | None:
     """A refined motion whose peak torque does not exceed the baseline's.
 
     `motions` are those already found, by cap [J D/T^2]; a new one is added. It may leave a
-    residual [J] on the full model.
+    residual [J] on the full model. `solver` takes the place of `ocp.solve`.
     """
     units = stage.torque_units
     cap = min(HIGHEST_CAP, *(float(baseline.peak_torque[k] / units[k]) for k in stage.moving))
@@ -180,27 +202,30 @@ def motion_under(
     if fitting:
         return motions[max(fitting)]
 
-    caps = stage.capped(_SLACK * cap)
+    caps, drive = stage.capped(_SLACK * cap), baseline.motion.drive
     try:
-        drive = baseline.motion.drive
-        motion = solve_stage(stage.under(drive), caps=caps, name="optimum", progress=live)
+        motion = solve_stage(stage.under(drive), caps=caps, progress=live, solver=solver)
     except StudyError as error:
         say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {stage.moving[0]}: {error}")
         return None
-    motions[cap] = refine(
-        motion, residual=residual, drive=baseline.motion.drive, say=say, live=live
-    )
+    motions[cap] = refine(motion, residual=residual, drive=drive, say=say, live=live, solver=solver)
     return motions[cap]
 
 
-def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = True) -> Result:
+def compare_baselines(
+    study: BaselinesStudy,
+    console: Console,
+    kept: FinishedSteps = NOTHING_KEPT,
+    follow: bool = True,
+) -> Result:
     """An optimum of no higher peak torque beside each baseline.
 
     `follow` also computes what the baselines leave after the lock, which only figures show.
     """
     stage = study.slew
     limit = None if is_slow(stage) else SHARES[stage.name]
-    pairs = compare(stage, study.drive, limit, console.progress, console.live, follow=follow)
+    say, live = console.progress, console.live
+    pairs = compare(stage, study.drive, limit, say, live, follow=follow, kept=kept)
     stopped = len(pairs) < len(baseline_names(study.drive))
 
     def result(whole: bool) -> Result:
@@ -208,7 +233,7 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
         arrays = _arrays(pairs, profiles) if follow and whole else {}
         return _result(study, pairs, profiles, arrays)
 
-    return kept(result, stopped)
+    return kept_anyway(result, stopped)
 
 
 def _result(

@@ -8,6 +8,7 @@ model, whose beats are not quite in step with B21's.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -48,8 +49,9 @@ from studies.arm.stage import Stage
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, number
 from studies.common.exit_codes import StudyError
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
-from studies.common.processes.side_by_side import Part, side_by_side
+from studies.common.processes.side_by_side import side_by_side
 from studies.common.result import Result, Verdict
 
 Say = Callable[[str], None]
@@ -94,7 +96,11 @@ def rigid_peak(stage: Stage, law: NamedLaw) -> float:
 
 
 def least_durations(
-    stage: Stage, drive: Drive, cap: float, console: Console
+    stage: Stage,
+    drive: Drive,
+    cap: float,
+    console: Console,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> list[LeastDuration]:
     """The optimum and every baseline under a drive and a torque cap [N m], side by side.
 
@@ -102,8 +108,8 @@ def least_durations(
     """
     names = baseline_names(drive)
     parts = [
-        *(Part(of_baseline, (stage, name, drive, cap)) for name in reversed(names)),
-        Part(of_optimum, (stage, drive, cap)),
+        *(kept.part(name, of_baseline, stage, name, drive, cap) for name in reversed(names)),
+        kept.part(OPTIMUM, of_optimum, stage, drive, cap, kept.within(OPTIMUM)),
     ]
     # begun with what takes longest: shapers, whose torque jumps, which are named last
     found: list[LeastDuration] = []
@@ -115,9 +121,11 @@ def least_durations(
     return found[::-1]
 
 
-def of_optimum(stage: Stage, drive: Drive, cap: float, console: Console) -> LeastDuration:
+def of_optimum(
+    stage: Stage, drive: Drive, cap: float, kept: FinishedSteps, console: Console
+) -> LeastDuration:
     """Bisection of the duration between one that passes and one that does not."""
-    say, live = console.progress, console.live
+    say = console.progress
     turn = stage.inertia_turns[stage.moving[0]]
     best, coarsest = LeastDuration(OPTIMUM, None), 0
     low, high = OPTIMUM_FACTORS
@@ -125,32 +133,50 @@ def of_optimum(stage: Stage, drive: Drive, cap: float, console: Console) -> Leas
 
     for _ in range(OPTIMUM_SEARCHES):
         duration = float(np.sqrt(factor * turn / cap))
-        shorter = stage.lasting(duration)
-        try:
-            motion = solve_stage(
-                shorter,
-                caps=shorter.capped(_SLACK * factor),
-                at_least=coarsest,
-                progress=live,
-            )
-            done = motion.replay(drive)
-        except StudyError as error:
-            say(f"{duration:.4g} s: {error}")
+        tried = functools.partial(
+            _tried, stage.lasting(duration), _SLACK * factor, coarsest, drive, cap, console
+        )
+        found = kept.step(f"{OPTIMUM} in {duration:.9g} s", tried, say=say)
+        if found.least is None:
             low = factor
         else:
-            say(f"optimum in {duration:.4g} s leaves {done.residual_energy:.2e} J")
-            if passes(done, cap):
-                best, high = _least(OPTIMUM, done), factor
-                # all that follow are shorter, with less to spare under the cap: a mesh that was
-                # too coarse for this one is for them
-                coarsest = motion.intervals
-            else:
-                low = factor
+            best, high = found.least, factor
+            # all that follow are shorter, with less to spare under the cap: a mesh that was too
+            # coarse for this one is for them
+            coarsest = found.intervals
 
         if best.duration is None:
             break  # not even the longest passes
         factor = 0.5 * (low + high)
     return best
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """An optimum that passes, and the intervals of its mesh; None if it does not."""
+
+    least: LeastDuration | None
+    intervals: int = 0
+
+
+def _tried(
+    stage: Stage, capped: float, coarsest: int, drive: Drive, cap: float, console: Console
+) -> _Tried:
+    """The optimum of one duration under a cap [J D/T^2], on meshes of so many intervals at least.
+
+    `cap` is what the full model is held to [N m].
+    """
+    try:
+        caps = stage.capped(capped)
+        motion = solve_stage(stage, caps=caps, at_least=coarsest, progress=console.live)
+        done = motion.replay(drive)
+    except StudyError as error:
+        console.progress(f"{stage.duration:.4g} s: {error}")
+        return _Tried(None)
+    console.progress(f"optimum in {stage.duration:.4g} s leaves {done.residual_energy:.2e} J")
+    if not passes(done, cap):
+        return _Tried(None)
+    return _Tried(_least(OPTIMUM, done), motion.intervals)
 
 
 def passes(done: LockedMotion | None, cap: float) -> bool:
@@ -308,11 +334,13 @@ def _least(name: str, done: LockedMotion, lowest: float = float("nan")) -> Least
     return LeastDuration(name, stage.duration, done.residual_energy, torque, lowest)
 
 
-def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
+def find_least_durations(
+    study: LeastDurationStudy, console: Console, kept: FinishedSteps
+) -> Result:
     """The least durations of the optimum and of every baseline."""
     stage, drive = study.slew, study.drive
     cap = torque_cap(stage, drive)
-    durations = least_durations(stage, drive, cap, console)
+    durations = least_durations(stage, drive, cap, console, kept)
 
     rows = table_rows({law.name: _quantities(law) for law in durations})
     # the optimum stands first, unless it is missing

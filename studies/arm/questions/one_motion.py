@@ -13,10 +13,10 @@ from models.ancf.analysis import natural_modes
 from models.ancf.joints import Locked
 from models.ancf.state import posed
 from models.errors import ModelError
-from ocp import Solution, solve
+from ocp import Solution
 from studies.arm.config import ArmStudy, as_dictionary
 from studies.arm.laws.unit_laws import baselines
-from studies.arm.optimal.finished_solves import FinishedSolves, Solve
+from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.objectives import first_duration
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import Refined, refine
@@ -58,7 +58,7 @@ from studies.arm.stage import Stage, TorqueCaps
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
-from studies.common.finished import FinishedStarts
+from studies.common.finished import FinishedSteps
 from studies.common.folder import provenance
 from studies.common.result import Result, Verdict
 from studies.common.scene.chain_shapes import shape_series
@@ -104,7 +104,7 @@ def check_mesh(study: ArmStudy) -> None:
         raise StudyError(str(error)) from error
 
 
-def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None = None) -> Result:
+def solve_motion(study: ArmStudy, console: Console, kept: FinishedSteps) -> Result:
     """The motion that a study asks for; `kept` are its solves of an earlier run.
 
     Raises
@@ -225,10 +225,10 @@ def _followed_replay(study: ArmStudy, refined: Refined) -> LockedMotion:
 
 
 def _refined(
-    study: ArmStudy, console: Console, kept: FinishedStarts | None, seconds: list[float]
+    study: ArmStudy, console: Console, kept: FinishedSteps, seconds: list[float]
 ) -> Refined:
     """The refined motion; `seconds` of each solve are added."""
-    solver: Solve = solve if kept is None else FinishedSolves(kept, console.progress)
+    solver = FinishedSolves(kept, console.progress)
 
     def timed(*given: Any, **how: Any) -> Solution:
         begin = process_time()

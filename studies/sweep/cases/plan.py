@@ -6,26 +6,17 @@ only where the same question would be put to the same code.
 
 from __future__ import annotations
 
-import functools
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import metadata
-from pathlib import Path
 from typing import Any
 
-import models
-import ocp
-import studies
+from studies.common.code_version import CodeVersion, code_version, hashed
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
-from studies.common.folder import PROGRAM, plain, version
 from studies.sweep.cases.samples import Point, design
 from studies.sweep.config import SweepStudy
 from studies.sweep.subjects import put_value, resolved, subject
 
-SCHEMA = 1  # of a case's file; raised when a field changes its meaning or disappears
 # packages that answer cases
 STUDIES = ("arm", "common", "drive", "flex", "fronts", "margin", "pareto", "truss")
 
@@ -70,48 +61,6 @@ class Plan:
         return _resolved(self.study, case.point)
 
 
-@dataclass(frozen=True)
-class CodeVersion:
-    """What answers a case: two versions that differ in one of these are never mixed.
-
-    Attributes
-    ----------
-    schema : of the files.
-    package : version of this package.
-    casadi : version of CasADi, whose solver decides the last digits.
-    sources : hash of the sources of models, engine and studies.
-    """
-
-    schema: int
-    package: str
-    casadi: str
-    sources: str
-
-    @property
-    def name(self) -> str:
-        """Short name, for a folder."""
-        return hashed([self.schema, self.package, self.casadi, self.sources])[:12]
-
-
-@functools.cache
-def code_version() -> CodeVersion:
-    """The version of the code that runs."""
-    digest = hashlib.sha256()
-    roots = [Path(next(iter(package.__path__))) for package in (models, ocp)]
-    roots += [Path(next(iter(studies.__path__))) / name for name in STUDIES]
-    for root in roots:
-        for file in sorted(root.rglob("*.py")):
-            digest.update(str(file.relative_to(root.parent)).encode() + b"\0")
-            digest.update(file.read_bytes() + b"\0")
-    return CodeVersion(SCHEMA, version(PROGRAM), metadata.version("casadi"), digest.hexdigest())
-
-
-def hashed(content: Any) -> str:
-    """Hash of what JSON can hold, the same on every machine."""
-    text = json.dumps(plain(content), sort_keys=True, separators=(",", ":"), ensure_ascii=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
 def plan(study: SweepStudy, console: Console | None = None) -> Plan:
     """Plan a sweep: nothing is solved.
 
@@ -127,7 +76,7 @@ def plan(study: SweepStudy, console: Console | None = None) -> Plan:
     StudyError
         If no case of it is a study: then the sweep asks something wrong.
     """
-    points, answered_by = design(study), code_version()
+    points, answered_by = design(study), code_version(STUDIES)
     keys: list[str] = []
     cases: list[Case] = []
     for number, (point, parent) in enumerate(zip(points.points, points.parents, strict=True)):

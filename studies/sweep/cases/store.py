@@ -20,9 +20,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from studies.common.code_version import CodeVersion, hashed
 from studies.common.folder import plain, unwritable
 from studies.common.foreign_text import parsed_json
-from studies.sweep.cases.plan import CodeVersion, hashed
+from studies.common.whole_files import write_whole
 
 FOLDER, HEAD, ENDING = "cases", "version.json", ".jsonl"
 HASH, MOTION = "hash_of_this_record", "hash_of_its_motion"
@@ -61,7 +62,7 @@ class CaseStore:
         """
         try:
             self.place.mkdir(parents=True, exist_ok=True)
-            write_whole(self.place / HEAD, json.dumps(dataclasses.asdict(self.version)))
+            write_whole(self.place / HEAD, json.dumps(dataclasses.asdict(self.version)).encode())
         except OSError as error:
             raise unwritable(self.folder, error, AGAIN) from error
 
@@ -129,7 +130,7 @@ class CaseStore:
         content = dict(plain({**record, MOTION: _digest(second)}))  # type: ignore[call-overload]
         first = json.dumps({**content, HASH: hashed(content)}, ensure_ascii=False)
         try:
-            write_whole(self._file(record["key"]), f"{first}\n{second}")
+            write_whole(self._file(record["key"]), f"{first}\n{second}".encode())
         except OSError as error:
             raise unwritable(self.folder, error, AGAIN) from error
 
@@ -173,32 +174,6 @@ def _in_words(head: Path) -> str:
             f"CasADi {stated['casadi']}, sources {stated['sources'][:8]})"
         )
     return f"{head.parent.name} (which does not say of what version it is)"
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a text beside its place, bring it to the disk, and rename it."""
-    draft = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        with draft.open("w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            draft.unlink()
-        raise
-    _sync_folder(path.parent)
-
-
-def _sync_folder(folder: Path) -> None:
-    """Bring the new name to the disk, too, where the system can."""
-    with contextlib.suppress(OSError, AttributeError):
-        number = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)
 
 
 def remove_drafts(place: Path) -> Iterator[str]:

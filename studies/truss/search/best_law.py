@@ -6,7 +6,7 @@ from models.laws import Law
 from ocp import Accuracy
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import FinishedStarts
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.truss.config import TrussStudy
 from studies.truss.search.motion_search import Search
 
@@ -19,16 +19,19 @@ def best_law(
     study: TrussStudy,
     console: Console,
     neighbour: Law | None = None,
-    kept: FinishedStarts | None = None,
+    kept: FinishedSteps = NOTHING_KEPT,
+    accuracy: Accuracy | None = ROUGH,
 ) -> Law:
-    """The best motion of a study of the truss, to 1e-4 of its objective.
+    """The best motion of a study of the truss.
 
     Parameters
     ----------
     neighbour : law, optional
         Of a like study, from which the first start begins.
-    kept : FinishedStarts, optional
-        Where finished starts go to, and come from.
+    kept : FinishedSteps, optional
+        Where finished steps go to, and come from.
+    accuracy : Accuracy or None
+        Of the motion: to 1e-4 of its objective by default, and with None that of a result.
 
     Raises
     ------
@@ -37,8 +40,20 @@ def best_law(
     StudyError
         If no motion was found.
     """
+    return kept.step(
+        "law", lambda: _searched(study, console, neighbour, kept, accuracy), say=console.progress
+    )
+
+
+def _searched(
+    study: TrussStudy,
+    console: Console,
+    neighbour: Law | None,
+    kept: FinishedSteps,
+    accuracy: Accuracy | None,
+) -> Law:
     try:
-        search = Search(study, console, neighbour=neighbour, accuracy=ROUGH)
+        search = Search(study, console, neighbour=neighbour, accuracy=accuracy)
         search.kept = kept
         best = search.run()
     except StudyError as error:

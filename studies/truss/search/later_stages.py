@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from ocp import Lexicographic, Settings, Solution, solve_lexicographic
 from studies.common.console import Console, number
+from studies.common.finished import FinishedSteps, mark
 from studies.truss.config import TrussStudy
 from studies.truss.problem import Statement
 from studies.truss.quantities import OBJECTIVES
@@ -20,6 +21,7 @@ def later_stages(
     with_forces: bool,
     settings: Settings,
     console: Console,
+    kept: FinishedSteps,
 ) -> tuple[Lexicographic, list[str]]:
     """What comes of the later objectives, which is never a loss, and what to say of it.
 
@@ -28,19 +30,27 @@ def later_stages(
     statement, solution : of the first objective.
     weights : references by which the objectives are divided.
     with_forces : whether the rope force is part of the problem.
+    kept : where what comes of them goes to, and where that of an earlier run is read.
     """
     rough = 0.0 if statement.roughness is None else statement.roughness
-    found = solve_lexicographic(
-        statement.problem(),
-        statement.stages,
-        slack=study.concession,
-        first=solution,
-        beside=[
-            rough * first_price(study, place, weights, with_forces)
-            for place in range(len(statement.stages))
-        ],
-        settings=settings,
-        progress=console.live,
+    found = kept.step(
+        "later objectives",
+        lambda: solve_lexicographic(
+            statement.problem(),
+            statement.stages,
+            slack=study.concession,
+            first=solution,
+            beside=[
+                rough * first_price(study, place, weights, with_forces)
+                for place in range(len(statement.stages))
+            ],
+            settings=settings,
+            progress=console.live,
+        ),
+        solution.problem,
+        console.progress,
+        begins_with=mark(solution),
+        done=lambda new: not new.interrupted and all(level.error is None for level in new.levels),
     )
 
     remarks = []

@@ -12,7 +12,7 @@ from models.laws import Law
 from ocp import Accuracy, Audit, Interrupted, OcpError, Optimum, Problem, Solution, Trial, audit
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import FinishedStarts
+from studies.common.finished import NOTHING_KEPT
 from studies.common.result import Verdict
 from studies.common.rounding import up
 from studies.common.second_solve import SecondSolve, second_solve
@@ -109,7 +109,7 @@ class Search:
         self.remarks: list[str] = []
         self.in_order = ""  # what the later objectives reached
         self.interrupted = False
-        self.kept: FinishedStarts | None = None  # where finished starts go to, and come from
+        self.kept = NOTHING_KEPT  # where finished starts go to, and come from
         self._begin = clock.monotonic()
         self._with_forces = needs_forces(study)
         self._started = 0  # starts that are done
@@ -309,7 +309,7 @@ class Search:
 
     def _solved_soon(self, name: str, start: Callable[[], Problem], count: int) -> Trial | None:
         """The first start, where a cap may be missed and little effort tells."""
-        known = self.kept is not None and name in self.kept.names(self._kind)
+        known = name in self.kept.names(self._kind)
         if known or self._hard_cap is None:
             return None
         soon, self.interrupted = solved_soon(
@@ -343,8 +343,9 @@ class Search:
         soon : Trial, optional
             What came of the first one already.
         """
-        names = () if self.kept is None else self.kept.names(self._kind)
-        known = [name for name in names if name in KINDS]  # another one begins where a search ended
+        # another start than a law begins where a search ended
+        stated = {name: functools.partial(self._stated, name) for name in starts if name in KINDS}
+        known = self.kept.known(self._kind, stated)
         at_once = {} if soon is None else {soon.name: soon}
         found = audit(
             starts=starts,
@@ -356,7 +357,7 @@ class Search:
             enough=lambda trials: self._enough(list(starts), trials),
             failures=(StudyError,),
             seconds=self._some_left(),
-            known={**{name: functools.partial(self._earlier, name) for name in known}, **at_once},
+            known={**known, **at_once},
             progress=self.console.live,
             finished=lambda trial: self._finished(trial, len(starts), trial.name in known),
         )
@@ -391,15 +392,6 @@ class Search:
         """Name of the problem that is being solved, in files of finished starts."""
         return "forces" if self._with_forces else "motion"
 
-    def _earlier(self, name: str) -> Trial | None:
-        """What came of a start in an earlier run; None if it has to be solved again."""
-        assert self.kept is not None
-        try:
-            problem = self._stated(name)
-        except StudyError:  # as the phase plane may fail as a start
-            problem = None
-        return self.kept.read(self._kind, name, problem)
-
     def _stated(self, name: str) -> Problem:
         """The problem as it is stated for one start, with its guess."""
         return self._stated_from(starting_motion(name, self.study, lambda: self.least_force))
@@ -419,7 +411,7 @@ class Search:
     def _finished(self, trial: Trial, count: int, earlier: bool) -> None:
         """Keep a start that is done, and say so in one line."""
         # kept before it is said: who reads that it is done may kill the process
-        if self.kept is not None and not earlier:
+        if not earlier:
             self.kept.keep(self._kind, trial)
 
         self._started += 1
@@ -495,7 +487,8 @@ class Search:
         if self.interrupted:
             return None
         settings = settings_of(self.study, self._with_forces, self.accuracy)
-        second = second_solve(solution, settings, self.console, left=self._some_left())
+        left = self._some_left()
+        second = second_solve(solution, settings, self.console, left=left, kept=self.kept)
         self.interrupted = second.interrupted
         return second
 
@@ -511,6 +504,7 @@ class Search:
             value=self._value,
             console=self.console,
             stopped=self.interrupted,
+            kept=self.kept,
         )
         self.interrupted = self.interrupted or interrupted
         return found
@@ -546,6 +540,7 @@ class Search:
             self._with_forces,
             replace(settings, seconds=self._some_left()),
             self.console,
+            self.kept,
         )
         self.remarks += remarks
         self.in_order = in_order_in_words(self.study, found)
@@ -599,6 +594,7 @@ class Search:
         self.console.progress(f"looking for what is the least under the other caps: {title}")
         lifted = hard.lifted(self.study, self._some_left())
         search = Search(lifted, self.console, enough=hard.enough)
+        search.kept = self.kept.within(f"least {hard.key}")
         try:
             found = search.run()
             self.interrupted = search.interrupted

@@ -11,6 +11,7 @@ Then the price is lowered, and the motion solved again from where it is.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ from dataclasses import dataclass, replace
 from ocp import Interrupted, OcpError, Optimum, Problem, Settings, Solution, solve
 from ocp.progress import Progress
 from studies.common.console import Console
+from studies.common.finished import FinishedSteps, mark
 from studies.drive.motor import motor_torque, shares_of_the_curve
 from studies.truss.carrier import RESIDUAL
 from studies.truss.config import TrussStudy
@@ -200,6 +202,7 @@ def lightened(
     value: Callable[[Problem, Solution], float],
     console: Console,
     stopped: bool,
+    kept: FinishedSteps,
 ) -> tuple[list[Optimum], bool]:
     """Optima without what smoothness costs them, best first, and whether the user stopped that.
 
@@ -209,6 +212,7 @@ def lightened(
     settings, left : as of `at_a_light_price`.
     value : what is compared.
     stopped : whether the user has stopped the search already.
+    kept : where what comes of an optimum goes to, and where that of an earlier run is read.
     """
     found: list[Optimum] = []
     for optimum in optima:
@@ -223,8 +227,14 @@ def lightened(
             continue
 
         console.progress(f"{', '.join(optimum.starts)}: again at a lighter smoothness")
-        lighter = at_a_light_price(
-            problem, statement, optimum.solution, settings, left, console.live
+        given = problem, statement, optimum.solution, settings, left, console.live
+        take = functools.partial(at_a_light_price, *given)
+        lighter = kept.step(
+            "a lighter smoothness",
+            take,
+            problem,
+            console.progress,
+            begins_with=mark(optimum.solution),
         )
         stopped = stopped or lighter.interrupted
         better = value(problem, lighter.solution)

@@ -11,7 +11,7 @@ from studies.arm.optimal import finished_solves
 from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
-from studies.common.finished import FinishedStarts
+from studies.common.finished import FinishedSteps
 from studies.common.result import Result
 
 STUDY = ("arm", "solve", "--stage", "small", "--objective", "energy", "--no-figures")
@@ -38,7 +38,7 @@ class Counted:
 
 
 def test_a_solve_is_read_only_at_its_place_and_on_its_mesh(tmp_path: Path, monkeypatch) -> None:
-    counted, kept = Counted(), FinishedStarts(tmp_path)
+    counted, kept = Counted(), FinishedSteps(tmp_path)
     monkeypatch.setattr(finished_solves, "solve", counted)
     coarse, fine = (Mesh((uniform(n, 3),)) for n in (4, 8))
 
@@ -67,7 +67,7 @@ def test_a_motion_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) 
     assert main([*STUDY, "--results", str(out)]) == ExitCode.INTERRUPTED
     messages = capsys.readouterr().err
     assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp arm solve --resume {out}")
-    assert len(list((out / "starts").glob("*.json"))) == 2
+    assert len(list(out.glob("steps/*/solve*"))) == 2
 
     counted = Counted()
     monkeypatch.setattr(finished_solves, "solve", counted)
@@ -75,7 +75,7 @@ def test_a_motion_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) 
     lines = capsys.readouterr().err
     assert "solve 2: found in an earlier run" in lines
     assert "solve 3: found in an earlier run" not in lines
-    assert counted.calls == len(list((out / "starts").glob("*.json"))) - 2
+    assert counted.calls == len(list(out.glob("steps/*/solve*"))) - 2
     assert Result.load(out).value("residual_energy") <= 1e-6
 
 
@@ -86,7 +86,7 @@ def test_a_front_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) -
     assert main([*front, "--results", str(out)]) == ExitCode.INTERRUPTED
     messages = capsys.readouterr().err
     assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp pareto arm --resume {out}")
-    assert len(list((out / "starts").glob("*.json"))) == 2
+    assert len(list(out.glob("steps/*/solve*"))) == 2
 
     # the third solve is the first that is not there
     counted = Counted(stopped_at=1)

@@ -36,6 +36,7 @@ from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import NOTHING_KEPT
 from studies.common.processes.side_by_side import side_by_side
 
 STAGES = {"big": big_arm(0.5), "small": small_arm(0.5)}
@@ -211,7 +212,7 @@ def test_a_mesh_is_halved_until_a_replay_agrees_with_the_solver(
 ):
     remaining, console, guessed = iter(left), silent(), []
 
-    def under_cap(sought, count, margin, guess, live):
+    def under_cap(sought, count, margin, guess, live, solver):
         given = next(remaining)
         guessed.append(guess)
         if given is None:
@@ -231,7 +232,8 @@ def test_a_mesh_is_halved_until_a_replay_agrees_with_the_solver(
     )
     monkeypatch.setattr(robust_problem, "packed", lambda solution, known: solution)
     sought = robust_problem.SoughtMotion(STAGES["small"], None, SPREADS["angle"], 1.0, 10.0, 0.1)
-    assert robust_problem._solved_robust(sought, 60, console) == (10.0, intervals)
+    found = robust_problem._solved_robust(sought, 60, NOTHING_KEPT, console)
+    assert found == (10.0, intervals)
     assert guessed == guesses
     assert next(remaining, "none") == "none"  # nothing is solved once both agree
     assert console.progress_to.getvalue().count("\n") == len(left)  # one line of each mesh

@@ -34,11 +34,11 @@ def test_a_front_that_was_stopped_goes_on_with_the_same_result(
     ended, messages = stopped_at(STUDY, words, number, out)
     assert ended == code
     assert f"goes on by: antenna-ocp pareto truss --resume {out}" in messages
-    assert len(list((out / "starts").glob("point-*.json"))) >= kept
+    assert len(list(out.glob("steps/*/point-*"))) >= kept
 
     assert main([*RESUME, str(out)]) == ExitCode.OK
     lines = capsys.readouterr().err.splitlines()
-    assert sum(line.endswith("in an earlier run") for line in lines) >= kept
+    assert sum(line.endswith("found in an earlier run") for line in lines) >= kept
     found = Result.load(out)
     assert found.remarks == whole_front.remarks
     for name in ("time", "peak-acceleration", "limit", "price", "way", "dominated time"):
@@ -57,17 +57,12 @@ def whole_front(tmp_path_factory: pytest.TempPathFactory) -> Result:
 
 def test_a_damaged_point_is_solved_again(tmp_path: Path) -> None:
     from ocp import Trial
-    from studies.common.finished import FinishedStarts
+    from studies.common.finished import FinishedSteps
 
-    kept = FinishedStarts(tmp_path)
+    kept = FinishedSteps(tmp_path)
     kept.keep("point", Trial("001-4", None, RuntimeError("no motion"), float("nan"), 1.0))
     found = kept.read("point", "001-4", None)
     assert found is not None
     assert str(found.error) == "no motion"
-    (tmp_path / "starts" / "point-001-4.json").write_text("{")
+    (tmp_path / "point-001-4.step").write_text("{")
     assert kept.read("point", "001-4", None) is None
-
-    kept.keep_arrays("end-1", {"time": np.array([0.0, 1.5])})
-    assert kept.arrays("end-1", ["time", "angle"])["time"].tolist() == [0.0, 1.5]
-    (tmp_path / "starts" / "end-1.npz").write_bytes(b"PK")
-    assert kept.arrays("end-1", ["time"]) == {}

@@ -18,15 +18,15 @@ from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.search_limits import FRONT_LAWS, FRONT_POINTS
 from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
-from studies.common.finished import FinishedStarts
+from studies.common.finished import FinishedSteps
 from studies.common.result import Result
-from studies.common.stops import kept
+from studies.common.stops import kept_anyway
 from studies.fronts.found import front_found
 from studies.fronts.result import PROVEN, front_result, named_points
 from studies.fronts.words import dominated_law
 
 
-def front(study: TradeOffStudy, console: Console, finished: FinishedStarts | None = None) -> Result:
+def front(study: TradeOffStudy, console: Console, kept: FinishedSteps) -> Result:
     """The front of two quantities of the arm.
 
     Raises
@@ -34,13 +34,13 @@ def front(study: TradeOffStudy, console: Console, finished: FinishedStarts | Non
     StudyError
         If an end of the front has no motion, or the user stopped before there was a point.
     """
-    subject = ArmFront(study, console, finished)
+    subject = ArmFront(study, console, kept)
     found = walked_front(subject)
 
     def result(whole: bool) -> Result:
         return result_of(subject, found, laws_beside(study, found, console, whole))
 
-    return kept(result, found.interrupted)
+    return kept_anyway(result, found.interrupted)
 
 
 def walked_front(subject: ArmFront) -> ParetoFront:

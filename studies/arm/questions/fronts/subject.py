@@ -20,9 +20,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from models.errors import ModelError
-from ocp import FrontPoint, FrontWay, PointNotFound, solve
+from ocp import FrontPoint, FrontWay, PointNotFound
 from ocp.arrays import Array
-from studies.arm.optimal.finished_solves import FinishedSolves, Solve
+from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import aimed_at_rest, refine
 from studies.arm.optimal.rounds import MISS, SAME
@@ -49,7 +49,7 @@ from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import FinishedStarts
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 
 _CORRECTIONS = 3  # solves at most until the full model keeps its energy
 
@@ -73,17 +73,17 @@ class ArmFront:
 
     Parameters
     ----------
-    kept : FinishedStarts, optional
+    kept : FinishedSteps, optional
         Where solves go to, and where those of an earlier run are read.
     """
 
     known = SAME
 
     def __init__(
-        self, study: TradeOffStudy, console: Console, kept: FinishedStarts | None = None
+        self, study: TradeOffStudy, console: Console, kept: FinishedSteps = NOTHING_KEPT
     ) -> None:
         self.study, self.console = study, console
-        self.solver: Solve = solve if kept is None else FinishedSolves(kept, console.progress)
+        self.solver = FinishedSolves(kept, console.progress)
         self.limited, self.least = study.limited, study.least
         self.axes = AXES[self.limited], AXES[self.least]
         self.residual = study.still

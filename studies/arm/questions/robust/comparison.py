@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from studies.arm.config import RobustStudy, as_dictionary
+from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import (
@@ -42,6 +43,7 @@ from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict, at_most
@@ -103,6 +105,7 @@ def compare(
     draws: tuple[int, int] = (0, 1),
     intervals: int | None = None,
     shares: tuple[float, ...] = SHARES,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> Comparison:
     """Solve all motions and replay them over the spread.
 
@@ -117,9 +120,11 @@ def compare(
     draws : how many arms are drawn for the nominal and the first robust motion, and their seed.
     intervals : of the robust motions' mesh, optional.
     shares : peak torques of the robust motions over the nominal's.
+    kept : where finished steps go to, and where those of an earlier run are read.
     """
     say, live = console.progress, console.live
-    spread, nominal = SPREADS[drive], solve_nominal(stage, drive, say, live)
+    solver = FinishedSolves(kept.within("nominal"), say)
+    spread, nominal = SPREADS[drive], solve_nominal(stage, drive, say, live, solver)
     joint = stage.moving[0]
     say(f"{nominal.name} motion: peak torque {nominal.peak_torque[joint]:.5g} N m")
     arms = TriedArms(spread, points)
@@ -134,10 +139,10 @@ def compare(
             return []
         robust[k] = found_robust(sought[k], answer)
         say(f"{sought[k].name} motion: {robust[k].peak_torque[joint]:.5g} N m")
-        masses = mass_parts(robust[k]) if k == 0 else []
-        return [*parts_of(robust[k], tried[k]), *masses]
+        masses = mass_parts(robust[k], kept) if k == 0 else []
+        return [*parts_of(robust[k], tried[k], kept), *masses]
 
-    parts = [*robust_parts(sought, intervals), *parts_of(nominal, judged)]
+    parts = [*robust_parts(sought, intervals, kept), *parts_of(nominal, judged, kept)]
     answers = side_by_side(parts, console, further=replays)
     for _ in sought:
         next(answers)
@@ -148,7 +153,7 @@ def compare(
     return Comparison(stage, spread, of_nominal, tuple(of_robust), shares, misses)
 
 
-def find_robust(study: RobustStudy, console: Console) -> Result:
+def find_robust(study: RobustStudy, console: Console, kept: FinishedSteps) -> Result:
     """Motions that leave a spread of arms most still, beside the nominal one.
 
     Raises
@@ -157,7 +162,12 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
         If a motion is not found.
     """
     comparison = compare(
-        study.slew, study.drive, study.points, console, draws=(study.draws, study.seed)
+        study.slew,
+        study.drive,
+        study.points,
+        console,
+        draws=(study.draws, study.seed),
+        kept=kept,
     )
 
     # the motion that is judged comes first, what it is compared with after it

@@ -19,6 +19,7 @@ import numpy as np
 from models.arm.driven import DrivenArm
 from ocp import Bound, Interrupted, OcpError, Phase, Problem, Solution, Trajectory, Unknown, solve
 from ocp.solution.storage import packed, unpacked
+from studies.arm.optimal.finished_solves import FinishedSolves, Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import SMOOTHING, StatedStage
 from studies.arm.optimal.phase import ArmPhase, Drives, smoothness, torque_signals
@@ -41,6 +42,7 @@ from studies.arm.search_limits import CAP_CORRECTIONS, ROBUST_INTERVALS, ROBUST_
 from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import FinishedSteps
 from studies.common.processes.side_by_side import Part
 
 Progress = Callable[[str], None]
@@ -136,7 +138,11 @@ def _phase(stage: Stage, drives: Drives, start: SampledMotion, copies: Sequence[
 
 
 def solve_nominal(
-    stage: Stage, drive: Drive, say: Progress | None = None, live: Progress | None = None
+    stage: Stage,
+    drive: Drive,
+    say: Progress | None = None,
+    live: Progress | None = None,
+    solver: Solve = solve,
 ) -> OptimalMotion:
     """The motion of least peak torque that leaves the nominal arm still.
 
@@ -147,8 +153,10 @@ def solve_nominal(
     """
     if len(stage.moving) > 1:
         raise StudyError("a robust motion takes a stage that turns one joint; give big or small")
-    found = solve_stage(stage.under(drive), objective="peak-torque", name="nominal", progress=live)
-    return refine(found, drive=drive, say=say, live=live).motion
+    found = solve_stage(
+        stage.under(drive), objective="peak-torque", name="nominal", progress=live, solver=solver
+    )
+    return refine(found, drive=drive, say=say, live=live, solver=solver).motion
 
 
 def sought_motions(
@@ -161,9 +169,13 @@ def sought_motions(
     return [SoughtMotion(stage, start, spread, share, peak, worst) for share in shares]
 
 
-def robust_parts(sought: Sequence[SoughtMotion], intervals: int | None) -> list[Part]:
+def robust_parts(
+    sought: Sequence[SoughtMotion], intervals: int | None, kept: FinishedSteps
+) -> list[Part]:
     """Parts that find the motions side by side; each raises a StudyError if it finds none."""
-    return [Part(_solved_robust, (one, intervals)) for one in sought]
+    return [
+        kept.part(one.name, _solved_robust, one, intervals, kept.within(one.name)) for one in sought
+    ]
 
 
 def found_robust(sought: SoughtMotion, answer: tuple[float, bytes]) -> OptimalMotion:
@@ -208,7 +220,7 @@ class SoughtMotion:
 
 
 def _solved_robust(
-    sought: SoughtMotion, intervals: int | None, console: Console
+    sought: SoughtMotion, intervals: int | None, kept: FinishedSteps, console: Console
 ) -> tuple[float, bytes]:
     """Solve `robust_statement` on meshes ever finer: the cap [N m] stated, and the solution.
 
@@ -221,10 +233,11 @@ def _solved_robust(
     count = intervals or ROBUST_INTERVALS[sought.spread.drive][elbow]
     margin = _RIPPLE * (sought.share - 1.0)
     least, found, guess = np.inf, None, None
+    solver = FinishedSolves(kept, console.progress)
 
     for _ in range(ROBUST_MESHES):
         try:
-            motion, margin = _under_cap(sought, count, margin, guess, console.live)
+            motion, margin = _under_cap(sought, count, margin, guess, console.live, solver)
         except StudyError as error:
             if found is None:
                 raise
@@ -252,7 +265,12 @@ def _solved_robust(
 
 
 def _under_cap(
-    sought: SoughtMotion, intervals: int, margin: float, guess: Trajectory | None, live: Progress
+    sought: SoughtMotion,
+    intervals: int,
+    margin: float,
+    guess: Trajectory | None,
+    live: Progress,
+    solver: Solve,
 ) -> tuple[OptimalMotion, float]:
     """The motion on one mesh, and the part by which its cap was lowered.
 
@@ -267,13 +285,12 @@ def _under_cap(
         used = margin
         stated = robust_statement(stage, sought.start, sought.spread, _lowered(sought, used))
         try:
-            solution = solve(
+            solution = solver(
                 stated.problem,
                 settings=robust_settings(),
                 guess=guess,
                 mesh=mesh,
                 progress=live,
-                partial=False,
             )
         except Interrupted as error:
             raise KeyboardInterrupt from error

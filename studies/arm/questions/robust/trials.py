@@ -23,6 +23,7 @@ from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.reduced_model import NOMINAL, Factors, residuals, varied
 from studies.arm.replay.sampled import SampledProfile, sampled_to
 from studies.common.console import Console
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.processes.side_by_side import Part
 
 Say = Callable[[str], None]
@@ -97,13 +98,22 @@ class ResidualMap:
         )
 
 
-def parts_of(motion: OptimalMotion, arms: TriedArms) -> list[Part]:
+def parts_of(
+    motion: OptimalMotion, arms: TriedArms, kept: FinishedSteps = NOTHING_KEPT
+) -> list[Part]:
     """The parts of a motion's map, what takes longest first."""
     given = motion.motion(arms.spread.drive)
+    steps = kept.within(given.name)
     return [
-        *(Part(_on_reduced_model, (given, group)) for group in arms.reduced),
+        *(
+            steps.part(f"arms on B21 {number}", _on_reduced_model, given, group)
+            for number, group in enumerate(arms.reduced, start=1)
+        ),
         Part(_sampled, (given,)),
-        *(Part(_on_full_model, (given, row)) for row in arms.full),
+        *(
+            steps.part(f"arms on the full model {number}", _on_full_model, given, row)
+            for number, row in enumerate(arms.full, start=1)
+        ),
     ]
 
 
@@ -168,9 +178,10 @@ def of_arm(motion: Motion, factors: Factors) -> Motion:
     return dataclasses.replace(motion, stage=other)
 
 
-def mass_parts(motion: OptimalMotion) -> list[Part]:
+def mass_parts(motion: OptimalMotion, kept: FinishedSteps) -> list[Part]:
     """Parts that tell the angle misses [rad] with the tip masses of `MASSES` under torque drive."""
-    return [Part(_missed, (motion.motion("torque"), mass)) for mass in MASSES]
+    given, steps = motion.motion("torque"), kept.within(motion.name)
+    return [steps.part(f"tip mass times {mass:g}", _missed, given, mass) for mass in MASSES]
 
 
 def _missed(given: Motion, mass: float, console: Console) -> float:

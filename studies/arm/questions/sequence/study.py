@@ -10,7 +10,6 @@ import numpy as np
 
 from models.ancf.integrate import StepControl
 from models.arm.reduced_simulation import reduced_modes
-from ocp import solve
 from studies.arm.config import SequenceStudy, as_dictionary
 from studies.arm.optimal.finished_solves import FinishedSolves, Solve, within
 from studies.arm.optimal.refinement import AGREE, FLOOR
@@ -40,7 +39,7 @@ from studies.arm.search_limits import SEQUENCE_WINDOW, UNRESOLVED
 from studies.arm.stage import ROOT
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import FinishedStarts
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Verdict
@@ -53,7 +52,7 @@ _AFTER = 401  # instants of the quarter of the small arm's time that is followed
 
 
 def find_sequence(
-    study: SequenceStudy, console: Console, kept: FinishedStarts | None = None
+    study: SequenceStudy, console: Console, kept: FinishedSteps = NOTHING_KEPT
 ) -> Result:
     """Big arm, locked dwell and small arm as one problem; `kept` are its earlier solves.
 
@@ -64,7 +63,7 @@ def find_sequence(
     """
     case = stated_case(study)
     until = clock.monotonic() + study.seconds
-    solver = within(until, solve if kept is None else FinishedSolves(kept, console.progress))
+    solver = within(until, FinishedSolves(kept, console.progress))
     first = solve_sequence(
         case, study.least, study.torque_cap, progress=console.live, solver=solver
     )
