@@ -53,34 +53,85 @@ def stop_course(course: Course, at: float, drive: Drive, within: float | None = 
     return _continued(course, kept, at, [(t, sign * j) for t, j in phases])
 
 
-def resume_course(course: Course, at: float, drive: Drive, within: float | None = None) -> Course:
+def resume_course(
+    course: Course,
+    at: float,
+    drive: Drive,
+    within: float | None = None,
+    lasting: float | None = None,
+) -> Course:
     """From rest where the stop of a course at a time ended, to the course's end.
 
     It is the rest-to-rest motion of least jerk. It takes the time that the course would have taken
     from there, or longer where a limit asks for it.
 
+    Parameters
+    ----------
+    at, drive, within : of the stop, see `stop_course`.
+    lasting : time that the way on takes instead [s].
+
     Raises
     ------
     StudyError
-        If the time is not inside the course, or no stop keeps the limits.
+        If the time is not inside the course, no stop keeps the limits, or no way on of that time.
     """
     stop = stop_course(course, at, drive, within)
     rest = float(stop.derivatives(np.array([stop.duration]))[0, 0])
-    end = float(course.derivatives(np.array([course.duration]))[0, 0])
-    travel = end - rest
-    if abs(travel) < RESTING * course.travel:
+    if abs(_end_of(course) - rest) < RESTING * course.travel:
         raise StudyError(
             f"the stop at {at:g} s ends where the motion ends, so nothing is left to resume; "
             "stop within a shorter time"
         )
+    return _way_on(course, rest, course.duration - at, drive, lasting)
 
+
+def resume_from(
+    course: Course, position: float, drive: Drive, lasting: float | None = None
+) -> Course:
+    """From rest at a position on a course to its end, as `resume_course` does.
+
+    Parameters
+    ----------
+    position : where the axis stands, wherever it comes from; inside the course [m or rad].
+    lasting : time that it takes [s]; by default that of the course from there, or longer where a
+        limit asks for it.
+
+    Raises
+    ------
+    StudyError
+        If the limits allow no motion of that time.
+    """
+    low, high = 0.0, course.duration
+    way = _end_of(course) - position
+    for _ in range(BISECTIONS):  # for when the course passes the position
+        middle = (low + high) / 2
+        passed = (course.derivatives(np.array([middle]))[0, 0] - position) * way > 0.0
+        low, high = (low, middle) if passed else (middle, high)
+    return _way_on(course, position, course.duration - high, drive, lasting)
+
+
+def _end_of(course: Course) -> float:
+    return float(course.derivatives(np.array([course.duration]))[0, 0])
+
+
+def _way_on(
+    course: Course, rest: float, time: float, drive: Drive, lasting: float | None
+) -> Course:
+    """From rest to the end of a course, in `lasting` or, with the limits of a drive, in `time`."""
     # ramps of j, -j, -j, j of a quarter each: v = 2 D/T, a = 8 D/T^2, j = 32 D/T^3
+    travel = _end_of(course) - rest
     size = abs(travel)
-    least = [course.duration - at]
+    least = [0.0]
     least += [2 * size / drive.speed] if drive.speed else []
     least += [math.sqrt(8 * size / drive.acceleration)] if drive.acceleration else []
     least += [(32 * size / drive.jerk) ** (1 / 3)] if drive.jerk else []
-    duration = max(least)
+    if lasting is not None and lasting < max(least):
+        raise StudyError(
+            f"{lasting:g} s are too short for the way on: the drive's limits need at least "
+            f"{up(max(least))} s; allow that, or raise these limits",
+            ExitCode.INFEASIBLE,
+        )
+    duration = max(time, *least) if lasting is None else lasting
     jerk = 32 * travel / duration**3
     quarter = duration / 4
     phases = [(quarter, jerk), (quarter, -jerk), (quarter, -jerk), (quarter, jerk)]

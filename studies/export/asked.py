@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from models.truss import angle_from_rope_length, rope_length
 from ocp.arrays import Array
 from studies.common.configuration import as_number, finite, positive, whole
 from studies.common.exit_codes import StudyError
 from studies.drive.course import DRUM, Course, drum_course, with_dwells
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints, sampled, switch_point_times, uniform_times
-from studies.drive.stopping import resume_course, stop_course
+from studies.drive.stopping import resume_course, resume_from, stop_course
 from studies.drive.stretch import stretched
 from studies.export.formats import Spacing, tabulated
 from studies.export.round_trip import Breach, RoundTrip, round_trip
@@ -24,6 +26,7 @@ from studies.export.templates import TableTemplate
 
 PLANS = 8  # of a stop, which take a moment each
 ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
+NEAR_END = 1e-6  # of a motion: nothing is left of it there
 PLANNED = ("speed", "acceleration", "jerk")  # limits of a drive that a plan keeps
 
 
@@ -45,7 +48,8 @@ class Asked:
     @property
     def partial(self) -> bool:
         """Whether only a stop or the way on from it is asked for."""
-        return self.options.stop_at is not None or self.options.resume_at is not None
+        parts = (self.options.stop_at, self.options.resume_at, self.options.resume_from)
+        return any(part is not None for part in parts)
 
     @property
     def spacing(self) -> Spacing:
@@ -90,7 +94,11 @@ class Asked:
         if options.stop_at is not None:
             course = stop_course(course, self._time("stop_at"), drive, within)
         elif options.resume_at is not None:
-            course = resume_course(course, self._time("resume_at"), drive, within)
+            lasting = self.positive("resume_within")
+            course = resume_course(course, self._time("resume_at"), drive, within, lasting)
+        elif options.resume_from is not None:
+            stands = self._standing(course)
+            course = resume_from(course, stands, drive, self.positive("resume_within"))
         if source.truss is not None and course.signal == "rope":
             course = stretched(course, source.truss, drive)
         if hauling:
@@ -167,6 +175,30 @@ class Asked:
         if digits and self.form is not None:
             _, points = self.written(points, drive, {"unit": course.unit})
         return self.played(points, course, drive)
+
+    def _standing(self, course: Course) -> float:
+        """Where the axis stands, by the angle or the length of rope that was measured there."""
+        law, truss, text = self.source.law, self.source.truss, self.options.resume_from
+        if law is None or truss is None:
+            raise StudyError("--resume-from is for a truss; of an arm, use --resume-at")
+        value = finite("--resume-from", as_number(text.removesuffix("m").removesuffix("deg")))
+        first, last = (
+            float(rope_length(truss, angle)) for angle in (law.start_angle, law.end_angle)
+        )
+        by_length = text.endswith("m")
+        begin, end = (
+            (first, last) if by_length else np.degrees([law.start_angle, law.end_angle]).tolist()
+        )
+        # from 0 at the start of the motion to 1 at its end, where nothing is left of it
+        if not 0.0 <= (value - begin) / (end - begin) < 1.0 - NEAR_END:
+            unit = "m of rope" if by_length else "deg"
+            raise StudyError(
+                f"--resume-from is {value:g} {unit}, but the motion runs from {begin:.6g} to "
+                f"{end:.6g} {unit}; give a place before its end"
+            )
+        if course.signal == "rope":
+            return first - (value if by_length else float(rope_length(truss, math.radians(value))))
+        return float(angle_from_rope_length(truss, value)) if by_length else math.radians(value)
 
     def _time(self, flag: str) -> float:
         return finite(_typed(flag), as_number(getattr(self.options, flag)))

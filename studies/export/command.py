@@ -100,6 +100,14 @@ def _add_stop(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--resume-at", metavar="S", help="from rest after the stop from here to the end [s]"
     )
+    parser.add_argument(
+        "--resume-from",
+        metavar="PLACE",
+        help="from rest at an angle [deg], as 45, or a length of rope, as 24.3m, to the end",
+    )
+    parser.add_argument(
+        "--resume-within", metavar="S", help="time that the way on takes, to the end [s]"
+    )
     parser.add_argument("--stop-within", metavar="S", help="time that the stop may take [s]")
 
 
@@ -144,11 +152,15 @@ def _export(options: argparse.Namespace, console: Console) -> ExitCode:
 
 
 def _refuse_contradictions(options: argparse.Namespace) -> None:
-    if options.stop_at is not None and options.resume_at is not None:
-        raise StudyError("--stop-at and --resume-at are profiles of their own; export one of them")
+    parts = ("stop_at", "resume_at", "resume_from")
+    stated = [f"--{name.replace('_', '-')}" for name in parts if getattr(options, name) is not None]
+    if len(stated) > 1:
+        raise StudyError(f"{' and '.join(stated)} are profiles of their own; export one of them")
+    if options.resume_within is not None and not {"--resume-at", "--resume-from"} & set(stated):
+        raise StudyError("--resume-within belongs to --resume-at or --resume-from; state one")
     if options.stop_within is not None and options.stop_at is None and options.resume_at is None:
         raise StudyError("--stop-within belongs to --stop-at or --resume-at; state one of them")
-    if options.stop_at is not None or options.resume_at is not None:
+    if stated:
         if options.within_limits:
             raise StudyError("--within-limits is for a whole motion; stop or resume without it")
         if options.to in COLUMNS:
@@ -424,7 +436,8 @@ def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[
     """What a table says of itself."""
     from studies.common.folder import PROGRAM, version
 
-    part = {"stop_at": options.stop_at, "resume_at": options.resume_at}
+    times = ("stop_at", "resume_at", "resume_within")
+    part = {name: getattr(options, name) for name in times}
     return {
         "program": f"{PROGRAM} {version(PROGRAM)}",
         "question": source.result.question,
@@ -433,6 +446,7 @@ def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[
         "unit": course.unit,
         "duration_s": f"{course.duration:.15g}",
         **{name: f"{value} s" for name, value in part.items() if value is not None},
+        **({"resume_from": options.resume_from} if options.resume_from is not None else {}),
         **({"note": course.note} if course.note else {}),
     }
 

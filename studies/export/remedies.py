@@ -111,7 +111,7 @@ def advice_on(
         exact = asked.tried(dataclasses.replace(drive, counts=EXACT), digits=False)
         origin = INTERPOLATION if _mostly(exact, record) else ROUNDING
     if _mostly(_itself(asked, drive), record):
-        parts = {"stop_at": "stop", "resume_at": "way on"}
+        parts = {"stop_at": "stop", "resume_at": "way on", "resume_from": "way on"}
         origin = next(
             (name for key, name in parts.items() if getattr(asked.options, key)), "motion"
         )
@@ -289,7 +289,11 @@ def _plans(course: Course, asked: Asked) -> Iterator[OtherTable]:
     if options.stop_at is not None and within is not None:
         for times in MORE_TIME:
             yield OtherTable({"stop_within": f"{times * within:.4g}"})
-    if options.resume_at is not None:
+    lasting = asked.positive("resume_within")
+    if lasting is not None:
+        for share in SLOWER:
+            yield OtherTable({"resume_within": f"{lasting / share:.4g}"})
+    elif options.resume_at is not None or options.resume_from is not None:
         for share in SLOWER:
             speed = float(f"{share * course.peaks[0]:.3g}")
             yield OtherTable(keys={"speed": speed}, more=", which makes it last longer")

@@ -2,13 +2,17 @@
 
 import dataclasses
 import json
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from scipy.optimize import brentq
 
+from models.truss import rope_length
 from studies.common.result import Result
+from studies.truss.motions.laws import law_of_result, study_of
 from tests.studies.export.command_line import complaint, export, rubbed
 
 Write = Callable[[str], Path]
@@ -128,3 +132,74 @@ def test_a_stop_and_the_way_on_say_which_caps_they_exceed(
     slow.write_text(found[1], "utf-8")
     assert export(path, *flags, tmp_path / "within", "--drive", slow) == 0
     assert "BEYOND" not in complaint(capsys)
+
+
+def test_a_half_open_truss_is_opened_from_its_angle_or_its_length_of_rope(
+    folder: Path, short: Result, drive_file: Write, tmp_path: Path
+) -> None:
+    drive = drive_file("bandwidth = 20\nperiod = 0.02")
+    truss = study_of(short).truss
+    length = float(rope_length(truss, math.radians(45)))
+    whole = float(rope_length(truss, truss.stowed_angle))
+    tables = []
+    for place in ("45", "45deg", f"{length!r}m"):
+        file = tmp_path / f"table{len(tables)}"
+        words = ("--resume-from", place, "--resume-within", 4, "--output", file)
+        assert export(folder, "--to", "pvt", "--drive", drive, *words) == 0
+        lines = file.read_text("utf-8").splitlines()
+        tables.append([[float(c) for c in line.split(",")] for line in lines if line[0].isdigit()])
+
+        # it is played: from rest to the open truss, in the time that is stated
+        record = json.loads(Path(f"{file}.record.json").read_text("utf-8"))
+        assert record["terminal angle [deg]"] == pytest.approx(90, abs=2e-5)
+        assert record["last time [s]"] == pytest.approx(4.0)
+        # of the jerk 32 D/T^3 the peak speed is 2 D/T; a loop follows it to a thousandth
+        way = length - float(rope_length(truss, math.pi / 2))
+        assert record["peak speed after the loop [m/s]"] == pytest.approx(2 * way / 4, rel=1e-3)
+    assert tables[0] == tables[1]
+    for one, other in zip(tables[0], tables[2], strict=True):
+        assert one == pytest.approx(other, abs=1e-9)
+    # positions count from the stowed truss, as those of the whole motion, in counts of 2 um
+    assert tables[0][0][1] == pytest.approx(whole - length, abs=2e-6)
+    assert tables[0][0][2] == tables[0][-1][2] == 0.0
+
+
+def test_a_resumed_motion_takes_the_time_that_the_whole_one_takes_from_there(
+    folder: Path, short: Result, tmp_path: Path
+) -> None:
+    law = law_of_result(short)
+    file = tmp_path / "table"
+    assert export(folder, "--to", "pvt", "--resume-from", 60, "--output", file) == 0
+    passed = brentq(lambda t: law.motion(t).angle[0] - math.radians(60), 0.0, law.duration)
+    record = json.loads(Path(f"{file}.record.json").read_text("utf-8"))
+    assert record["last time [s]"] == pytest.approx(law.duration - passed, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--resume-from", 95), "95 deg, but the motion runs from 4.4 to 90 deg; give a place"),
+        (("--resume-from", 90), "90 deg, but the motion runs from 4.4 to 90 deg"),
+        (("--resume-from", "3m"), "3 m of rope, but the motion runs from 33.5"),
+        (("--resume-from", "half"), "--resume-from is 'half'"),
+        (("--resume-from", 45, "--resume-at", 2), "--resume-at and --resume-from are profiles"),
+        (("--stop-at", 2, "--resume-within", 3), "--resume-within belongs to --resume-at or"),
+        (("--resume-from", 45, "--resume-within", 0), "--resume-within is 0"),
+    ],
+)
+def test_a_place_to_resume_from_that_there_is_not_is_refused(
+    words: tuple[object, ...], said: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert export(folder, "--to", "pvt", *words) == 2
+    assert said in complaint(capsys)
+
+
+def test_a_time_below_that_of_the_limits_is_refused_with_theirs(
+    folder: Path, drive_file: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = drive_file("speed = 1.0")
+    words = ("--to", "pvt", "--drive", drive, "--resume-from", 45, "--resume-within")
+    assert export(folder, *words, 2) == 3
+    least = re.search(r"2 s are too short .* need at least ([0-9.]+) s", complaint(capsys))
+    assert least is not None
+    assert export(folder, *words, 1.01 * float(least[1])) == 0
