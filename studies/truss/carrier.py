@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from models.errors import ModelError
 from studies.common.arm_description import ArmDescription
-from studies.common.configuration import boolean, finite, key, read_toml
+from studies.common.configuration import (
+    boolean,
+    finite,
+    key,
+    optional_key,
+    positive,
+    read_toml,
+)
 from studies.common.exit_codes import StudyError
 from studies.common.study import placed
 
@@ -23,7 +30,7 @@ RESIDUAL = 1e-6  # [J] that may be left in the arm unless the user says otherwis
 
 @dataclass(frozen=True, kw_only=True)
 class CarryingArm(ArmDescription):
-    """The straight arm with root and elbow locked, and how the ring is mounted on its tip.
+    """The straight arm, root and elbow locked, how the ring is mounted, and on what satellite.
 
     Raises
     ------
@@ -42,6 +49,12 @@ class CarryingArm(ArmDescription):
         default=True,
     )
 
+    satellite_inertia: float | None = optional_key(
+        positive,
+        "kg m^2",
+        "inertia about the root of a satellite that is free to turn; it is held unless stated",
+    )
+
     def with_ring(self, truss: TrussParameters) -> RingOnArm:
         """The model of arm and ring.
 
@@ -54,7 +67,7 @@ class CarryingArm(ArmDescription):
 
         try:
             angle = math.radians(self.reaction_angle_deg)
-            return RingOnArm(self.parameters, truss, angle, self.ring_turns)
+            return RingOnArm(self.parameters, truss, angle, self.ring_turns, self.satellite_inertia)
         except ModelError as error:
             raise StudyError(str(error).removesuffix(".")) from error
 
@@ -85,7 +98,8 @@ def read_arm(path: Path) -> dict[str, Any]:
         except StudyError as error:
             reasons.append(str(error))
         else:
-            return dataclasses.asdict(study.arm)
+            satellite = getattr(study, "satellite_inertia", None)
+            return {**dataclasses.asdict(study.arm), "satellite_inertia": satellite}
     raise StudyError(
         f"the file {path} is no arm study ({reasons[0]}); give the file of an antenna-ocp arm "
         "command, or state [arm] in the study"

@@ -44,6 +44,8 @@ _ORDER = (
     "peak-motor-load",
     "peak-reaction",
     "residual-energy",
+    "peak-root-moment",
+    "peak-root-momentum",
 )
 ROWS = tuple(dict.fromkeys((*_ORDER, *QUANTITIES)))
 
@@ -245,12 +247,17 @@ def arm_in_words(deployment: Deployment) -> tuple[str, ...]:
         f"{float(arm.model.frequencies(angle)[0]):.3g}"
         for angle in (deployment.truss.stowed_angle, DEPLOYED)
     )
+    satellite = "a satellite that is held"
+    if (H := arm.model.satellite_inertia) is not None:
+        turned = math.degrees(float(arm.satellite_turn(deployment.law.duration)[0]))
+        satellite = f"a satellite of {H:g} kg m^2 that turns by {turned:.4g} deg"
     return (
         f"While the ring opens, the tip of the arm moves by up to {tip:.3g} mm across it and "
         f"changes the rope force by up to {added:.3g} N; the arm's first frequency falls from "
         f"{stowed} to {opened} Hz.",
-        "The arm is straight, its root is clamped and its elbow locked. The reaction on it and the "
-        "forces in the bars are those of a ring on a tip that is held.",
+        f"The arm is straight, its root is locked to {satellite}, and its elbow is locked. The "
+        "satellite does not translate. The reaction on the arm and the forces in the bars are "
+        "those of a ring on a tip that is held.",
     )
 
 

@@ -363,6 +363,11 @@ class TrussStudy:
             ),
             Flag("--reaction-angle-deg", "reaction_angle_deg", "of the arm, see its key [deg]"),
             Flag(
+                "--satellite-inertia",
+                "satellite_inertia",
+                "of a satellite that is free to turn about the arm's root [kg m^2]",
+            ),
+            Flag(
                 "--ring-as-particle",
                 "ring_turns",
                 "the ring does not turn with the tip",
@@ -572,5 +577,5 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         "truss": dataclasses.asdict(study.truss),
         **({} if study.margin is None else {"margin": study.margin.as_dictionary()}),
         **({} if study.drive is None else {"drive": as_stated(study.drive)}),
-        **({} if study.arm is None else {"arm": dataclasses.asdict(study.arm)}),
+        **({} if study.arm is None else {"arm": as_stated(study.arm)}),
     }

@@ -36,6 +36,8 @@ from studies.truss.config import TrussStudy
 if TYPE_CHECKING:
     from ocp import Control, State
 
+AT_THE_ROOT = ("peak-root-moment", "peak-root-momentum")
+
 # whose greatest modulus counts; all others are never negative in a deployment, or may be
 OF_BOTH_SIGNS = frozenset(
     (
@@ -44,6 +46,7 @@ OF_BOTH_SIGNS = frozenset(
         "peak-rope-jerk",
         "peak-reaction",
         "peak-bar-force",
+        *AT_THE_ROOT,
     )
 )
 
@@ -58,6 +61,7 @@ class ArmSignals:
     accelerations : expressions of the rates of its rates (4,).
     torque : by which the ropes have to do more than on a tip that is held [N m].
     left : energy of arm and open ring where the ring stands still [J].
+    moment, momentum : of the satellite on the arm about the root, and its integral [N m, N m s].
     """
 
     coordinates: tuple[State, ...]
@@ -65,6 +69,8 @@ class ArmSignals:
     accelerations: tuple[Any, ...]
     torque: Any
     left: Any
+    moment: Any
+    momentum: Any
 
 
 # of angle, speed, acceleration and branch of the net: rope forces and tensions at the far end [N]
@@ -193,6 +199,8 @@ def expressions(
     found["peak-bar-force"] = namedtuple("Bars", bars)(*ca.cse(list(bars.values())))
     found["peak-buckling-load"] = namedtuple("Shares", shares)(*ca.cse(list(shares.values())))
 
+    if (arm := signals.arm) is not None:
+        found |= {"peak-root-moment": (arm.moment,), "peak-root-momentum": (arm.momentum,)}
     if signals.jerk is not None:
         jerk = rope_jerk(truss, alpha, omega, acceleration, signals.jerk.symbol)
         found["peak-rope-jerk"] = (jerk,)

@@ -29,6 +29,7 @@ from studies.common.scene.pictures import PARTS, draw_instant, tension_scale
 from studies.common.scene.projection import View, outline
 from studies.margin.figures import margin_figure
 from studies.truss.bars import forces_of
+from studies.truss.expressions import AT_THE_ROOT
 from studies.truss.motions.deployment import Deployment, travel_of
 from studies.truss.motions.laws import deployments_of
 from studies.truss.rope_figure import rope_mode_figure
@@ -78,7 +79,7 @@ def all_figures(
     if drive is not None and drive.rope_stiffness is not None:
         yield "rope_mode", rope_mode_figure(deployments[0])
     if deployments[0].carrier is not None:
-        yield "arm", arm_figure(deployments)
+        yield "arm", arm_figure(deployments, caps)
     travels = [(one.name, travel) for one in deployments if (travel := travel_of(one)) is not None]
     if travels:
         yield "margins", margin_figure(travels)
@@ -311,9 +312,12 @@ def drive_figure(deployments: Sequence[Deployment]) -> Figure:
     return figure
 
 
-def arm_figure(deployments: Sequence[Deployment]) -> Figure:
-    """Tip of the arm that carries the ring, also after the ring has opened; what it adds."""
-    figure, (across, added) = _row(2, "The arm that carries the ring")
+def arm_figure(deployments: Sequence[Deployment], caps: Caps | None = None) -> Figure:
+    """Tip of the arm that carries the ring, also after the ring has opened; what it adds.
+
+    Beside it moment and momentum at the root, with the caps of the wheels.
+    """
+    figure, (across, added, moment, handed) = _row(4, "The arm that carries the ring")
     for deployment, colour, style in styled(deployments):
         model, law = deployment.carrier, deployment.law
         assert model is not None  # such figures are drawn of rings on an arm
@@ -325,10 +329,16 @@ def arm_figure(deployments: Sequence[Deployment]) -> Figure:
         t = times(deployment)
         lever = rope_leverage(deployment.truss, ca.DM(law.motion(t).angle)).full().ravel()
         added.plot(t, np.asarray(deployment.torque_of_arm(t)) / lever, style, color=colour)
+        assert deployment.arm is not None
+        moment.plot(t, deployment.arm.root_moment(t), style, color=colour)
+        handed.plot(t, deployment.arm.angular_momentum(t), style, color=colour)
     across.axvline(deployments[0].law.duration, color="0.5", lw=0.8)
     across.set_title("grey line: the ring is open", fontsize=10)
     label_axes(across, "time [s]", "tip across the arm [mm]")
     label_axes(added, "time [s]", "added to the rope force [N]")
+    label_axes(moment, "time [s]", "moment about the root [N m]")
+    label_axes(handed, "time [s]", "momentum at the root [N m s]")
+    _draw_caps((moment, handed), AT_THE_ROOT, caps)
     legend_below(figure, across)
     return figure
 
@@ -420,7 +430,8 @@ def _draw_caps(axes: Sequence[Axes], keys: Sequence[str | None], caps: Caps | No
         cap = (caps or {}).get(key or "")
         if cap is None:
             continue
-        signs = (1.0, -1.0) if key in ("peak-acceleration", "peak-rope-acceleration") else (1.0,)
+        both = ("peak-acceleration", "peak-rope-acceleration", *AT_THE_ROOT)
+        signs = (1.0, -1.0) if key in both else (1.0,)
         for number, sign in enumerate(signs):
             label = None if number else "cap"
             panel.axhline(sign * cap, color="0.4", lw=0.9, ls=":", label=label)

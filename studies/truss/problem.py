@@ -44,6 +44,7 @@ from ocp import (
 from studies.truss.carrier import RESIDUAL
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.expressions import (
+    AT_THE_ROOT,
     OF_BOTH_SIGNS,
     ArmSignals,
     Pull,
@@ -86,6 +87,8 @@ STIFF = Ipopt(
     pivot_tolerance=1e-2,
 )
 ARM_DEGREE, ARM_INTERVALS = 4, 60
+# Of a cap on what the root hands on, by which a solve stays below it: what its mesh misses.
+ROOT_MARGIN = 5e-4
 # [J^(1/2)] by which a solve stays below the root of a cap on the energy: what its mesh misses.
 ARM_MARGIN = 1e-4
 LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
@@ -228,8 +231,15 @@ def _arm_signals(moved: ArmMotion, signals: Signals) -> ArmSignals:
     shape, rates = (ca.vertcat(*(one.symbol for one in group)) for group in (q, v))
     ring = (signals.angle.symbol, signals.speed.symbol, signals.acceleration.symbol)
     accelerations, torque = model.response(shape, rates, *ring)
-    left = model.residual_energy(shape, rates)
-    return ArmSignals(tuple(q), tuple(v), tuple(ca.vertsplit(accelerations)), torque, left)
+    return ArmSignals(
+        tuple(q),
+        tuple(v),
+        tuple(ca.vertsplit(accelerations)),
+        torque,
+        left=model.residual_energy(shape, rates),
+        moment=model.root_moment(shape, rates, *ring),
+        momentum=model.angular_momentum(shape, rates, *ring[:2]),
+    )
 
 
 def _jump_at_net(signals: Signals) -> Mapping[Any, Any] | None:
@@ -499,6 +509,7 @@ def _caps_on_expressions(
                 size = static_peak(study.truss).force
                 yield Bound(name, formula, quantity.unit, lower=cap, scale=size)
             else:
+                cap = cap * (1 - ROOT_MARGIN) if key in AT_THE_ROOT else cap
                 lower = -cap if key in OF_BOTH_SIGNS else -math.inf
                 yield Bound(name, formula, quantity.unit, lower=lower, upper=cap)
 

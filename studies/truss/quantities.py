@@ -61,6 +61,10 @@ OBJECTIVES = {
     "peak-bar-force": Quantity("largest force in a bar", "N", "peak", True),
     "peak-far-end-tension": Quantity("peak tension at the far end", "N", "peak", True),
     "residual-energy": Quantity("energy left in the arm", "J", "value", False, "arm"),
+    "peak-root-moment": Quantity("peak moment about the arm's root", "N m", "peak", False, "arm"),
+    "peak-root-momentum": Quantity(
+        "peak angular momentum at the arm's root", "N m s", "peak", False, "arm"
+    ),
 }
 
 QUANTITIES = {

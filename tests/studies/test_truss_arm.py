@@ -153,8 +153,10 @@ def test_what_the_arm_does_is_said_in_words() -> None:
 
 
 def test_the_figure_shows_tip_and_force_of_all_laws() -> None:
-    figure = arm_figure(paper_laws_of(stated(), T))
-    across, added = figure.axes
+    figure = arm_figure(paper_laws_of(stated(), T), {"peak-root-momentum": 44.0})
+    across, added, moment, handed = figure.axes
+    assert handed.get_ylabel() == "momentum at the root [N m s]"
+    assert max(np.abs(moment.get_lines()[0].get_ydata())) == pytest.approx(52.137, rel=1e-4)
     assert [len(panel.get_lines()) for panel in (across, added)] == [3, 2]
     assert "mm" in across.get_ylabel()
     # it is drawn beyond the end of the ring's motion
@@ -192,3 +194,38 @@ def test_the_least_energy_is_less_than_any_law_leaves() -> None:
     assert result.passed
     assert result.value("residual-energy") < 1e-6
     assert result.value("residual-energy", "Step5") > 0.02
+
+
+def test_a_satellite_that_turns_is_part_of_the_question() -> None:
+    study = stated(arm={"satellite_inertia": 2000.0})
+    assert study_from(as_dictionary(study)) == study
+    law = paper_laws_of(study, T)[0]
+    assert "2000 kg m^2 that turns by -2.79" in arm_in_words(law)[1]
+    # less than the momentum that a held one takes, 48.5 N m s of a rigid arm and what it swings
+    held = paper_laws_of(stated(), T)[0]
+    assert law.values["peak-root-momentum"] < held.values["peak-root-momentum"]
+    assert held.values["peak-root-momentum"] == pytest.approx(58.68, abs=0.01)
+    assert "satellite_inertia" not in as_dictionary(stated())["arm"]
+
+
+def test_caps_of_wheels_that_take_nothing_are_refused() -> None:
+    with pytest.raises(StudyError, match=r"wheel_momentum is 44, but .* 2000 kg m\^2 is free"):
+        stated(arm={"satellite_inertia": 2000.0}, caps={"wheel_momentum": 44.0})
+    with pytest.raises(StudyError, match="the ring does not turn with the tip"):
+        stated(arm={"satellite_inertia": 2000.0, "ring_turns": False}).ring_on_arm  # noqa: B018
+    with pytest.raises(StudyError, match=r"caps\.wheel_torque needs the arm; state \[arm\]"):
+        TrussStudy(minimise="peak-reaction", duration=T, caps={"wheel_torque": 30.0})
+
+
+@pytest.mark.slow
+def test_wheels_that_take_less_momentum() -> None:
+    result = run(stated(caps={"wheel_momentum": 44.0}), silent())
+    assert not [check.name for check in result.checks if not check.passed]
+    assert result.value("peak-root-momentum") == pytest.approx(44.0, rel=1e-3)
+    assert result.value("peak-reaction") == pytest.approx(3.18, abs=0.01)
+
+
+def test_the_arm_of_a_file_brings_its_satellite(tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text("satellite_inertia = 1500\n[arm]\ntip_mass = 25\n", "utf-8")
+    assert CarryingArm(**read_arm(path)).satellite_inertia == 1500.0

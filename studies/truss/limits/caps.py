@@ -70,6 +70,7 @@ class Caps:
     motor_speed, motor_torque : of one motor's shaft [rad/s], [N m].
     reaction : on the supporting arm, of a ring on a tip that is held [N].
     residual_energy : left in the arm where the ring has opened [J]; 1e-6 if there is an arm.
+    wheel_torque, wheel_momentum : that arm and ring hand to a held satellite [N m, N m s].
     least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
     far_end_tension : of the rope's last segment, at its fixed end [N].
     bar_force : push or pull in any link or cross-bar [N].
@@ -119,6 +120,12 @@ class Caps:
         "J",
         "most energy left in the arm and the open ring; 1e-6 where an arm is stated and this "
         "energy is no objective",
+    )
+    wheel_torque: float | None = optional_key(
+        positive, "N m", "most moment about the arm's root that a held satellite takes; needs [arm]"
+    )
+    wheel_momentum: float | None = optional_key(
+        positive, "N m s", "most angular momentum that its wheels take; needs [arm]"
     )
     least_tension: float = key(
         _tension,
@@ -174,6 +181,8 @@ CAPPED: Mapping[str, str] = {
     "peak-motor-torque": "motor_torque",
     "peak-reaction": "reaction",
     "residual-energy": "residual_energy",
+    "peak-root-moment": "wheel_torque",
+    "peak-root-momentum": "wheel_momentum",
     "peak-far-end-tension": "far_end_tension",
     "peak-bar-force": "bar_force",
     "peak-buckling-load": "buckling_load",
@@ -194,6 +203,8 @@ HARD = (
     "peak-rope-jerk",
     "peak-rope-acceleration",
     "peak-reaction",
+    "peak-root-moment",
+    "peak-root-momentum",
     "peak-rope-speed",
     "peak-factored-force",
     "peak-bar-force",
@@ -272,6 +283,13 @@ def check_stated(
                 raise StudyError(
                     f"{words} needs the arm; state [arm] in the study, or --arm with the file of "
                     "an arm study"
+                )
+            name = CAPPED[quantity]
+            if name.startswith("wheel") and words.startswith("caps") and arm.satellite_inertia:
+                raise StudyError(
+                    f"{words} is {getattr(caps, name):g}, but the satellite of "
+                    f"{arm.satellite_inertia:g} kg m^2 is free to turn and its wheels take "
+                    "nothing; leave it or arm.satellite_inertia out"
                 )
         elif needed and (drive is None or not getattr(drive, needed)):
             raise StudyError(

@@ -228,8 +228,17 @@ class Deployment:
             "peak-bar-force": truss.bar_force,
             "peak-buckling-load": truss.buckling_share,
             "least-tension": np.minimum(truss.rope_force, truss.far_end_tension),
+            **self._of_the_arm(time),
             **self._of_the_motor(truss),
             **self._of_the_margin(truss),
+        }
+
+    def _of_the_arm(self, time: Array) -> dict[str, Array]:
+        if self.arm is None:
+            return {}
+        return {
+            "peak-root-moment": np.abs(self.arm.root_moment(time)),
+            "peak-root-momentum": np.abs(self.arm.angular_momentum(time)),
         }
 
     def hauled(self, truss: TrussMotion) -> Array:
