@@ -29,7 +29,7 @@ class TableLayout:
     Attributes
     ----------
     columns : numbers of a point; without a time and a duration all steps are equal. With durations
-        the first point is not written: the axis rests there.
+        or displacements the first point may be left out: the axis rests there.
     interpolation : that the device does between its points; None is that of the drive.
     positions : whether they are rounded to counts of the encoder where the drive states them, and
         whether positions and their rates are written in counts, which the drive has to state then.
@@ -77,7 +77,7 @@ class TableLayout:
 
     @property
     def first(self) -> int:
-        """Place of the first point that is written."""
+        """Place of the first point that has to be written."""
         return 1 if {"duration", "displacement"} & set(self.columns) else 0
 
     @property

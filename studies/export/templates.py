@@ -238,11 +238,13 @@ class TableTemplate:
         for name, exact in _columns(points, layout).items():
             here = (names[kind] == name) & np.isfinite(values)
             read[name] = _one_of_each(row[here], values[here], exact)
-            missing = np.flatnonzero(np.isnan(read[name][layout.first :]))
+            if layout.first and np.isnan(read[name][0]):  # not written: the axis rests at its place
+                read[name][0] = 0.0 if name == "acceleration" else exact[0]
+            missing = np.flatnonzero(np.isnan(read[name]))
             if name in layout.columns and missing.size:
                 raise StudyError(
                     f"the template {self.name} writes no {name} of point "
-                    f"{missing[0] + layout.first + 1} of {points.times.size}; put "
+                    f"{missing[0] + 1} of {points.times.size}; put "
                     f"{{{{ point.{name} }}}} there, or '{{:.6f}}'.format(point.{name})"
                 )
         return self._points(read, points)
@@ -254,11 +256,11 @@ class TableTemplate:
         start = float(points.positions[0])  # a table of displacements begins where the axis stands
 
         def rates(name: str) -> Array:
-            return np.nan_to_num(unit * read[name]) if name in columns else 0.0 * points.times
+            return unit * read[name] if name in columns else 0.0 * points.times
 
         times = read["time"]
         if "duration" in columns:
-            times = np.nancumsum(read["duration"])
+            times = np.cumsum(read["duration"])
         elif self.layout.even:
             times = _even(times, points.times)
         if not (np.diff(times) > 0.0).all():
@@ -268,7 +270,7 @@ class TableTemplate:
                 f"point {late + 1}, {times[late]:.6g} s; print more digits of it"
             )
         if "displacement" in columns:
-            positions = start + unit * np.nancumsum(read["displacement"])
+            positions = start + unit * np.cumsum(read["displacement"])
         else:
             positions = unit * read["position"]
         step = unit if self.layout.whole_velocities else 0.0

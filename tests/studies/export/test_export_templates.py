@@ -97,6 +97,31 @@ def test_what_is_played_are_the_digits_in_whatever_unit(
     assert set(text) <= set("0123456789.,- \n")
 
 
+@pytest.mark.parametrize(
+    ("along", "place", "first"),
+    [
+        ("time", "position", 0),
+        *(("time", "displacement", first) for first in (0, 1)),
+        *(("duration", "position", first) for first in (0, 1)),
+        *(("duration", "displacement", first) for first in (0, 1)),
+    ],
+)
+def test_any_columns_come_back(
+    along: str, place: str, first: int, short: Result, template: Write
+) -> None:
+    head = f'{{# columns = ["{along}", "{place}", "velocity", "acceleration"] #}}\n'
+    row = f"{{{{ point.{along} }}}} {{{{ point.{place} }}}} "
+    rates = "{{ point.velocity }} {{ point.acceleration }}\n"
+    rows = f"{{% for point in points[{first}:] %}}\n{row}{rates}{{% endfor %}}\n"
+    course = source_of(short).course("rope")
+    _, again = written(template(head + rows), course, Drive(period=0.25))
+    exact = course.derivatives(again.times)
+    assert again.times.size == 17
+    # fifteen digits, added up over sixteen steps
+    np.testing.assert_allclose(again.positions, exact[0], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(again.velocities, exact[1], rtol=0, atol=1e-12)
+
+
 def test_equal_steps_are_those_that_the_table_says(short: Result, template: Write) -> None:
     head = '{# columns = ["position"] #}\n'
     rows = "{% for point in points %}\n{{ point.position }}\n{% endfor %}\n"
