@@ -377,7 +377,7 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: F
         traded = traded_gain(values.slope[:, group], (down[:, group], up[:, group]), limits)
         density[:, group] = _shared_out(own, np.minimum(own.sum(axis=1), traded))
     if _share_curved_limits(iterate, hamiltonian, values, index):
-        places = _Places(index, intervals, tau, costates)
+        places = _PricedTimes(index, intervals, tau, costates)
         for signals in _with_levels_beside(phase, columns, intervals, tau):
             other = _by_level(iterate, evaluator, hamiltonian, values, places, signals)
             density = np.where((other.sum(axis=1) > density.sum(axis=1))[:, None], other, density)
@@ -387,7 +387,7 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: F
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class _Places:
+class _PricedTimes:
     """Local times (m,) of intervals (m,) of a phase, with costates (m, n) there."""
 
     index: int
@@ -428,7 +428,7 @@ def _by_level(
     evaluator: Evaluator,
     hamiltonian: Hamiltonian,
     values: HamiltonianValues,
-    places: _Places,
+    places: _PricedTimes,
     signals: Array,
 ) -> Array:
     """What other controls gain at once, in parts of each, (m, n_u); 0 where they exceed a limit.

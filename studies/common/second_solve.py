@@ -60,7 +60,7 @@ class SecondSolve:
 
 
 @dataclass(frozen=True, eq=False)
-class _Answer:
+class _Second:
     """The same, with a solution only where it is another one than the first."""
 
     better: Solution | None
@@ -115,7 +115,7 @@ def _asked(
     constants: Mapping[Constant, float] | None,
     gain: float,
     name: str,
-) -> _Answer:
+) -> _Second:
     begin = clock.monotonic()
     console.progress(f"{name}, on another mesh and from beside the answer")
     seconds = min(max(solution.seconds, LEAST_SECONDS), left)
@@ -130,13 +130,13 @@ def _asked(
         better = _from(certificate.start, solution, within, constants, least, console)
     except (KeyboardInterrupt, Interrupted):
         stopped = _criterion(name, "stopped by the user", math.nan, gain)
-        return _Answer(None, stopped, interrupted=True)
+        return _Second(None, stopped, interrupted=True)
 
-    found = _Answer(None, _said(name, certificate, gain))
+    found = _Second(None, _said(name, certificate, gain))
     if better is not None:
         part = _gain(solution, better)
         words = f"it was better by {part:.1e} of the objective, and is the answer now"
-        found = _Answer(better, _criterion(name, words, math.nan, gain))
+        found = _Second(better, _criterion(name, words, math.nan, gain))
     console.progress(f"{found.check.sentence}, {clock.monotonic() - begin:.1f} s")
     return found
 

@@ -152,7 +152,7 @@ def of_optimum(
 
 
 @dataclass(frozen=True)
-class _Tried:
+class _TriedDuration:
     """An optimum that passes, and the intervals of its mesh; None if it does not."""
 
     least: LeastDuration | None
@@ -161,7 +161,7 @@ class _Tried:
 
 def _tried(
     stage: Stage, capped: float, coarsest: int, drive: Drive, cap: float, console: Console
-) -> _Tried:
+) -> _TriedDuration:
     """The optimum of one duration under a cap [J D/T^2], on meshes of so many intervals at least.
 
     `cap` is what the full model is held to [N m].
@@ -172,11 +172,11 @@ def _tried(
         done = motion.replay(drive)
     except StudyError as error:
         console.progress(f"{stage.duration:.4g} s: {error}")
-        return _Tried(None)
+        return _TriedDuration(None)
     console.progress(f"optimum in {stage.duration:.4g} s leaves {done.residual_energy:.2e} J")
     if not passes(done, cap):
-        return _Tried(None)
-    return _Tried(_least(OPTIMUM, done), motion.intervals)
+        return _TriedDuration(None)
+    return _TriedDuration(_least(OPTIMUM, done), motion.intervals)
 
 
 def passes(done: LockedMotion | None, cap: float) -> bool:
