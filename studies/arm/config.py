@@ -168,15 +168,10 @@ class ArmStudy(StageStudy):
             )
 
     def _check_satellite(self) -> None:
+        check_wheels(self)
         H = self.satellite_inertia
         if H is None:
             return
-        for name in ("wheel_torque", "wheel_momentum"):
-            if (cap := getattr(self, name)) is not None:
-                raise StudyError(
-                    f"{name} is {cap:g}, but the satellite of {H:g} kg m^2 is free to turn and "
-                    "its wheels take nothing; leave one of the two keys out"
-                )
         if len(self.slew.moving) > 1:
             raise StudyError(
                 f"satellite_inertia is {H:g} kg m^2, but the stage '{self.stage}' turns both "
@@ -318,6 +313,17 @@ class SequenceStudy:
         """What is asked, in one line."""
         least = self.least.replace("-", " ")
         return f"big arm, {self.dwell:g} s locked, small arm: least {least}, rest at each lock"
+
+
+def check_wheels(study: Any) -> None:
+    """Refuse caps on what the wheels take of a satellite that is free to turn."""
+    H = study.satellite_inertia
+    for name in ("wheel_torque", "wheel_momentum"):
+        if H is not None and (cap := getattr(study, name)) is not None:
+            raise StudyError(
+                f"{name} is {cap:g}, but the satellite of {H:g} kg m^2 is free to turn and its "
+                "wheels take nothing; leave one of the two keys out"
+            )
 
 
 def check_one_joint(question: str, stage: Stage) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from models.truss import TrussParameters
+from studies.arm.config import check_wheels
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.common.arm_description import ArmDescription
 from studies.common.configuration import (
@@ -49,6 +50,9 @@ class MissionStudy:
     jerk : cap on the jerk of the ring's angle, as of a study of the truss.
     reaction_angle_deg : from the straight arm to the ring's centre; 90 bends it most.
     ring_turns : whether the ring turns with the tip; if not, its mass is a particle there.
+    satellite_inertia : of a satellite that is free to turn about the root, the same about each
+        axis [kg m^2]; None for one that is held.
+    wheel_torque, wheel_momentum : caps on what a held one takes [N m, N m s].
     refine : whether motions of the arm are refined until the full model rests.
     intervals : of the meshes of the arm's motions, 0 for those of `antenna-ocp arm`.
     truss, arm : the ring and the arm.
@@ -88,6 +92,17 @@ class MissionStudy:
         "whether the ring turns with the tip; if not, its mass acts as a particle there",
         default=True,
     )
+    satellite_inertia: float | None = optional_key(
+        positive,
+        "kg m^2",
+        "inertia about the root of a satellite that is free to turn; it is held unless stated",
+    )
+    wheel_torque: float | None = optional_key(
+        positive, "N m", "cap on the moment about the root that a held satellite takes"
+    )
+    wheel_momentum: float | None = optional_key(
+        positive, "N m s", "cap on the angular momentum that its wheels take"
+    )
     refine: bool = key(boolean, "", "motions of the arm until the full model rests", default=True)
     intervals: int = key(
         whole(0, 2000), "", "of the arm's meshes; 0 for those of arm solve", default=0
@@ -104,6 +119,7 @@ class MissionStudy:
     def __post_init__(self) -> None:
         check(self)
         assert self.carrier.with_ring(self.truss)  # a ring that is too heavy is said early
+        check_wheels(self)
         if self.least == "time":
             if self.total is not None:
                 raise StudyError(
@@ -127,6 +143,7 @@ class MissionStudy:
             **dataclasses.asdict(self.arm),
             reaction_angle_deg=self.reaction_angle_deg,
             ring_turns=self.ring_turns,
+            satellite_inertia=self.satellite_inertia,
         )
 
     @property

@@ -18,6 +18,37 @@ SHADE = 0.12  # of the span in which a stage moves
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     """Every figure of a result with the name of its file."""
     yield "timeline", timeline_figure(result)
+    yield "satellite", satellite_figure(result)
+
+
+def satellite_figure(result: Result) -> Figure:
+    """Moment and momentum at the root beside the wheels' caps, or how far the satellite turns."""
+    turns = [name for name in result.arrays if name.startswith("satellite_about_")]
+    figure = Figure(figsize=(12.0, 2.6 * (3 if turns else 2)), dpi=150, layout="constrained")
+    panels = figure.subplots(3 if turns else 2, 1, sharex=True)
+    time, stages = result.arrays["time"].values, result.details["stages"]
+    for panel, name, words, cap in zip(
+        panels,
+        ("root_moment", "root_momentum"),
+        ("moment about the root [N m]", "momentum at the root [N m s]"),
+        ("wheel_torque", "wheel_momentum"),
+        strict=False,
+    ):
+        _spans(panel, stages)
+        panel.plot(time, result.arrays[name].values, color="black", lw=1.2)
+        limit = result.configuration.get(cap)
+        for line in () if limit is None else (-limit, limit):
+            panel.axhline(line, color="0.4", lw=0.8, ls=":")
+        label_axes(panel, "time [s]", words)
+    for name, colour, style in zip(turns, COLOURS, ("-", "--"), strict=False):
+        series = result.arrays[name]
+        panels[-1].plot(time, np.degrees(series.values), style, color=colour, label=series.meaning)
+    if turns:
+        _spans(panels[-1], stages)
+        label_axes(panels[-1], "time [s]", "turn of the satellite [deg]")
+        _legend_above(panels[-1])
+    figure.suptitle(", then ".join(stage["stage"] for stage in stages), fontsize=10)
+    return figure
 
 
 def timeline_figure(result: Result) -> Figure:

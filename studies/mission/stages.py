@@ -12,6 +12,7 @@ import numpy as np
 
 from models.ancf.joints.angles import joint_angles
 from models.laws import Law
+from models.ring_on_arm import ArmMotion
 from models.truss import least_peak_reaction
 from ocp import AdaptiveMesh, Interrupted, OcpError, Problem, Settings, Solution, peak, solve
 from ocp.arrays import Array
@@ -23,7 +24,8 @@ from studies.arm.optimal.refinement import aimed_at_rest, refine
 from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.replay.full_model import LockedMotion
-from studies.arm.stage import TorqueCaps
+from studies.arm.replay.loads import loads
+from studies.arm.stage import Stage, TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.mission.config import MissionStudy
@@ -103,7 +105,8 @@ class StageMotion:
     duration : [s].
     uses : of its caps.
     passed : whether its own checks passed.
-    history : time [s], angle [rad], torque [N m] or rope force [N], and of the ring its reaction.
+    history : time [s], angle [rad], torque [N m] or rope force [N], and of the ring its reaction;
+        moment and momentum at the root [N m, N m s] and the satellite's turn [rad].
     deployment : of the ring; None of an arm.
     start : of an arm that was refined to the finest mesh tried; None of others.
     """
@@ -149,8 +152,31 @@ def rigid_duration(study: MissionStudy, name: str) -> float:
     """A time of the right size for a stage to use its caps [s]: that of rigid bodies."""
     if name == RING:
         return math.sqrt(least_peak_reaction(study.truss, 1.0) / study.reaction)
-    stage = ArmStudy(stage=ARMS[name], arm=study.arm).slew
+    stage = _slew(study, name)
     return stage.least_duration(_torque_cap(study, name))
+
+
+def _slew(study: MissionStudy, name: str, duration: float | None = None) -> Stage:
+    """The stage of an arm, in a time or its own [s]."""
+    return ArmStudy(
+        stage=ARMS[name],
+        duration=duration,
+        arm=study.arm,
+        satellite_inertia=study.satellite_inertia,
+    ).slew
+
+
+def _of_the_wheels(study: MissionStudy, history: Mapping[str, Array]) -> tuple[Use, ...]:
+    """What a held satellite takes of the caps of its wheels."""
+    caps = (
+        ("moment", "peak moment about the root", "N m", study.wheel_torque),
+        ("momentum", "peak angular momentum at the root", "N m s", study.wheel_momentum),
+    )
+    return tuple(
+        Use(title, unit, float(np.abs(history[name]).max()), cap)
+        for name, title, unit, cap in caps
+        if cap is not None
+    )
 
 
 def _torque_cap(study: MissionStudy, name: str) -> float:
@@ -197,13 +223,13 @@ def move_from(
 
 def _stated(study: MissionStudy, name: str, duration: float) -> StatedStage:
     """The problem of an arm's stage in a time."""
-    slew = ArmStudy(stage=ARMS[name], duration=duration, arm=study.arm).slew
+    slew = _slew(study, name, duration)
     return problem(slew.under("torque"), TorqueCaps(), OBJECTIVE)
 
 
 def _arm(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
     """Least peak torque from rest to rest, replayed on the full model and locked there."""
-    slew = ArmStudy(stage=ARMS[name], duration=duration, arm=study.arm).slew
+    slew = _slew(study, name, duration)
     motion = solve_stage(
         slew.under("torque"),
         objective=OBJECTIVE,
@@ -239,21 +265,26 @@ def _arm_motion(
 ) -> StageMotion:
     """What a motion of an arm uses, and where others begin if it was refined."""
     joint, duration = motion.stage.moving[0], motion.stage.duration
+    history = _arm_history(motion, replayed, joint)
     uses = (
         Use("peak torque", "N m", float(motion.peak_torque[joint]), _torque_cap(study, name)),
         Use("residual energy", "J", replayed.residual_energy, study.residual_energy, study.refine),
+        *_of_the_wheels(study, history),
     )
     start = None
     if refined_in is not None:
         solution = packed(motion.solution, known=motion.stated.problem)
         start = ArmStart(duration, refined_in, motion.weight, solution)
-    history = _arm_history(motion, replayed, joint)
     return StageMotion(name, duration, uses, passed, history, start=start)
 
 
 def _arm_history(motion: OptimalMotion, replayed: LockedMotion, joint: int) -> dict[str, Array]:
-    """Angle of the joint on the full model and its torque, at even times."""
-    run = replayed.run.before
+    """Angle of the joint on the full model, its torque, and what satellite and root do.
+
+    All at even times until the lock.
+    """
+    run, history = replayed.run.before, loads(replayed)
+    until, turning = history.until, replayed.satellite
     times = np.linspace(0.0, motion.stage.duration, SAMPLES)
     angles = np.unwrap(joint_angles(run.chain, run.q)[joint])
     # the folded elbow may be read as half a turn to the other side
@@ -262,6 +293,9 @@ def _arm_history(motion: OptimalMotion, replayed: LockedMotion, joint: int) -> d
         "time": times,
         "angle": np.interp(times, run.times, angles),
         "drive": motion.torques[joint](times),
+        "moment": np.interp(times, history.times[:until], history.moment[:until]),
+        "momentum": np.interp(times, history.times[:until], history.angular_momentum[:until]),
+        "turn": 0 * times if turning is None else np.interp(times, run.times, turning.turn),
     }
 
 
@@ -345,6 +379,8 @@ def _ring_motion(
         uses.append(Use("residual energy", "J", left, study.residual_energy, limit=True))
     passed = solution.verification.passed
     history = ring_history(deployment)
+    if deployment.arm is not None:
+        uses += _of_the_wheels(study, history)
     return StageMotion(RING, law.duration, tuple(uses), passed, history, deployment)
 
 
@@ -357,4 +393,13 @@ def ring_history(deployment: Deployment) -> dict[str, Array]:
         "angle": motion.angle,
         "drive": truss.rope_force,
         "reaction": truss.reaction_force,
+        **({} if (arm := deployment.arm) is None else _at_the_root(arm, times)),
+    }
+
+
+def _at_the_root(arm: ArmMotion, times: Array) -> dict[str, Array]:
+    return {
+        "moment": arm.root_moment(times),
+        "momentum": arm.angular_momentum(times),
+        "turn": arm.satellite_turn(times),
     }

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,6 +47,10 @@ from studies.truss.motions.laws import paper_laws
 
 UNFELT = 5e-3  # [%] of what a stage uses, which a per cent more time saves: nothing that one feels
 WITHOUT = "optimum without arm"  # name of the best law that leaves the arm out
+# The antenna's turn about the big arm by 90 deg lies between them, so that the axis of the elbow is
+# normal to that of the root then. The ring is in the plane of the arm that carries it.
+AXES = {"root": ("big arm",), "elbow": ("small arm", RING)}
+SHORTLY = 1e-6  # [s] after a stage, when its moment at the root is over
 WITHIN = 1e-6  # relative: a cap that is exceeded by less is kept, as elsewhere
 
 
@@ -253,9 +257,11 @@ def _mission(
         )
     laws = _laws(study, ring, alone)
     model = study.carrier.with_ring(study.truss)
-    still = dataclasses.replace(model, turns=False)
     responses = {name: arm_response(model, law) for name, law in laws.items()}
-    particle = {name: arm_motion(still, law).residual_energy for name, law in laws.items()}
+    particle = dict[str, float]()
+    if study.satellite_inertia is None:  # on which the particle has a model
+        still = dataclasses.replace(model, turns=False)
+        particle = {name: arm_motion(still, law).residual_energy for name, law in laws.items()}
     bars = bars_of(ring, Caps())
     return Mission(study, begun, motions, responses, particle, alone, bars, stopped)
 
@@ -320,7 +326,8 @@ def _arrays(mission: Mission) -> dict[str, Series]:
         motion.history["time"] + s
         for motion, s in zip(mission.motions, mission.starts, strict=True)
     ]
-    time = np.unique(np.concatenate([[0.0, mission.total], *pieces]))
+    right_after = [min(piece[-1] + SHORTLY, mission.total) for piece in pieces]
+    time = np.unique(np.concatenate([[0.0, mission.total], right_after, *pieces]))
     arrays = {"time": Series("s", "time", time, "from the start of the big arm")}
 
     # a rope is held before and after its motion, a joint is locked
@@ -342,6 +349,7 @@ def _arrays(mission: Mission) -> dict[str, Series]:
             "force on one rope" if motion.name == RING else f"torque of the {motion.name}",
         )
 
+    arrays |= _at_the_root(mission, time, pieces)
     if not mission.responses:
         return arrays
     arrays["reaction"] = Series(
@@ -351,6 +359,33 @@ def _arrays(mission: Mission) -> dict[str, Series]:
         "of the ring on the arm",
     )
     return arrays | _vibrations(mission)
+
+
+def _at_the_root(mission: Mission, time: Array, pieces: Sequence[Array]) -> dict[str, Series]:
+    """Moment and momentum that the root passes on, and the satellite's angle about each axis."""
+    at_each = list(zip(mission.motions, pieces, strict=True))
+
+    def over_all(name: str, stages: Sequence[str], after: float | None) -> Array:
+        """The sum of histories, which are zero before and `after`, or stay what they are."""
+        parts = [
+            np.interp(time, at, motion.history[name], 0.0, after)
+            for motion, at in at_each
+            if motion.name in stages
+        ]
+        return np.sum([0.0 * time, *parts], axis=0)
+
+    moment, momentum = (over_all(name, STAGES, 0.0) for name in ("moment", "momentum"))
+    arrays = {
+        "root_moment": Series("N m", "time", moment, "of the satellite on the arm"),
+        "root_momentum": Series("N m s", "time", momentum, "of arm and ring about the root"),
+    }
+    if mission.study.satellite_inertia is None:
+        return arrays
+    for joint, names in AXES.items():
+        meaning = f"turn of the satellite about the axis of the {joint}"
+        angle = over_all("turn", names, None)
+        arrays[f"satellite_about_{joint}"] = Series("rad", "time", angle, meaning)
+    return arrays
 
 
 def _vibrations(mission: Mission) -> dict[str, Series]:
@@ -396,6 +431,7 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
     for title in titles:
         used = {n: u.value for n, m in motions.items() for u in m.uses if u.title == title}
         rows.append(row(title.replace(" ", "-"), title, units[title], used))
+    rows += _rows_of_the_root(mission, row)
     for key, title, unit, of in (
         ("arm-peak", "tip of the arm while the ring opens", "m", lambda r: r.peak),
         ("arm-amplitude", "amplitude of the tip afterwards", "m", lambda r: r.amplitude),
@@ -408,6 +444,47 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
     if left:
         rows.append(row("arm-energy-particle", "the same, ring as a particle", "J", left))
     return tuple(rows)
+
+
+def _rows_of_the_root(
+    mission: Mission, row: Callable[[str, str, str, Mapping[str, float]], TableRow]
+) -> list[TableRow]:
+    """What the root passes on in each stage, and how far that turns a free satellite."""
+    histories = {motion.name: motion.history for motion in mission.motions}
+    peaks = [
+        row(
+            f"root-{name}",
+            title,
+            unit,
+            {n: float(np.abs(h[name]).max()) for n, h in histories.items()},
+        )
+        for name, title, unit in (
+            ("moment", "peak moment about the root", "N m"),
+            ("momentum", "peak angular momentum at the root", "N m s"),
+        )
+    ]
+    if mission.study.satellite_inertia is None:
+        return peaks
+    turned = {name: float(np.degrees(h["turn"][-1])) for name, h in histories.items()}
+    return [*peaks, row("satellite-turn", "turn of the satellite", "deg", turned)]
+
+
+def _turned_in_words(mission: Mission) -> str:
+    """How far a free satellite turns about each axis, or that it is held."""
+    H = mission.study.satellite_inertia
+    left_out = "Translation of the satellite is left out."
+    if H is None:
+        return f"The satellite is held. {left_out}"
+    turned = {motion.name: motion.history["turn"][-1] for motion in mission.motions}
+    degrees = {
+        joint: math.degrees(sum(turned.get(name, 0.0) for name in names))
+        for joint, names in AXES.items()
+    }
+    about = " and ".join(f"{d:.4g} deg about the axis of the {j}" for j, d in degrees.items())
+    return (
+        f"The satellite of {H:g} kg m^2 about each axis turns by {about}. The antenna's turn "
+        f"between these stages is about a third axis and in neither. {left_out}"
+    )
 
 
 def _verdict(mission: Mission) -> Verdict:
@@ -538,7 +615,7 @@ def _remarks(mission: Mission) -> list[str]:
     for curve, motion in zip(mission.curves, mission.motions, strict=True):
         slope = curve.slope(math.nextafter(motion.duration, math.inf))  # of what more time gives
         remarks.append(_of_more_time(curve.name, slope))
-    remarks += [*_cost_of_rest(mission), *mission.bars.sentences]
+    remarks += [*_cost_of_rest(mission), *mission.bars.sentences, _turned_in_words(mission)]
     remarks.append(
         "The rotation of the antenna about the big arm, between its stage and the small arm's, is "
         "not modelled; its time belongs to the dwell. The ring's centre is seen from the tip at "

@@ -22,7 +22,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.common.writers import outcome_text
-from studies.mission import MissionStudy, stages, study_from
+from studies.mission import MissionStudy, figures, stages, study_from
 from studies.mission import study as work
 from studies.mission.config import as_dictionary
 from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
@@ -128,18 +128,28 @@ def test_a_ring_in_line_with_the_arm_bends_nothing() -> None:
     assert across.peak > 1e-3
 
 
+TURNED = {"big arm": -0.03, "small arm": 0.14, RING: -0.05}  # of the satellite by a stage [rad]
+
+
 def _rigid(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
     """Stages by laws in closed form, so that what is shared out is known."""
     del console
     time = np.linspace(0.0, duration, 11)
+    # what it hands on, and by how much it turns a satellite that is free
+    pulse = np.sin(math.pi * time / duration)
+    turned = TURNED[name] if study.satellite_inertia else 0.0
+    root = {"moment": 2 * pulse, "momentum": 9 * pulse, "turn": turned * time / duration}
     if name == RING:
         law = paper_laws(study.truss, duration)[0]
+        history = ring_history(law)
+        root = {key: np.interp(history["time"], time, x) for key, x in root.items()}
         use = Use("peak reaction on the arm", "N", 100.0 / duration**2, study.reaction)
         rope = Use("peak rope force", "N", 1.0, study.rope_force)
-        return StageMotion(name, duration, (use, rope), True, ring_history(law), law)
+        return StageMotion(name, duration, (use, rope), True, history | root, law)
     cap = study.big_torque if name == "big arm" else study.small_torque
     use = Use("peak torque", "N m", cap * 40.0 / duration**2, cap)
-    return StageMotion(name, duration, (use,), True, {"time": time, "angle": time, "drive": time})
+    history = {"time": time, "angle": time, "drive": time, **root}
+    return StageMotion(name, duration, (use,), True, history)
 
 
 def _moved_by(monkeypatch: pytest.MonkeyPatch, motion: Callable[..., StageMotion]) -> None:
@@ -177,6 +187,45 @@ def test_the_result_is_a_timeline_of_the_whole_time(folder: Path) -> None:
     assert result.value("arm-energy", "ring by Step5") > 0.0
     assert result.value("arm-energy-particle", "ring by optimum without arm") > 0.0
     assert any("That costs a peak reaction of" in remark for remark in result.remarks)
+
+
+def test_turns_about_different_axes_are_not_added(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _moved_by(monkeypatch, _rigid)
+    path = tmp_path / "found"
+    flags = f"--total 36 --dwell 2 --satellite-inertia 2000 --no-figures --results {path}"
+    assert main(["mission", *flags.split()]) == 0
+    result = Result.load(path)
+    root, elbow = (result.arrays[f"satellite_about_{joint}"].values for joint in ("root", "elbow"))
+    assert root[-1] == pytest.approx(TURNED["big arm"])
+    assert elbow[-1] == pytest.approx(TURNED["small arm"] + TURNED[RING])
+    # the one turns while the big arm moves, the other begins where the small arm does
+    time, starts = result.arrays["time"].values, [one["start"] for one in result.details["stages"]]
+    assert (elbow[time <= starts[1]] == 0.0).all()
+    assert root[time >= starts[1]] == pytest.approx(TURNED["big arm"])
+    assert result.value("satellite-turn", "ring") == pytest.approx(math.degrees(TURNED[RING]))
+    assert any("-1.719 deg about the axis of the root and 5.157 deg" in r for r in result.remarks)
+    # a locked joint hands nothing on
+    for name, peak in (("root_moment", 2.0), ("root_momentum", 9.0)):
+        values = result.arrays[name].values
+        assert np.abs(values).max() == pytest.approx(peak, rel=1e-9)
+        assert np.abs(values[-1]) < 1e-12
+    (figure,) = [one for name, one in figures.draw(result) if name == "satellite"]
+    assert [panel.get_ylabel() for panel in figure.axes] == [
+        "moment about the root [N m]",
+        "momentum at the root [N m s]",
+        "turn of the satellite [deg]",
+    ]
+
+
+def test_the_wheels_of_a_held_satellite_share_out_time() -> None:
+    study = MissionStudy(wheel_momentum=30.0)
+    history = {"moment": np.array([0.0, -3.0]), "momentum": np.array([0.0, 24.0, -12.0])}
+    (use,) = stages._of_the_wheels(study, history)
+    assert (use.value, use.cap, use.share, use.counts) == (24.0, 30.0, 0.8, True)
+    with pytest.raises(StudyError, match="wheel_momentum is 30, but the satellite of 2000 kg"):
+        MissionStudy(wheel_momentum=30.0, satellite_inertia=2000.0)
 
 
 def test_the_page_sets_no_stage_beside_the_mission_as_another_law(folder: Path) -> None:
