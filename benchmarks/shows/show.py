@@ -23,6 +23,7 @@ SHOWS = {
     "fuzz-commands": "benchmarks.shows.fuzz.commands",
     "damaged-folders": "benchmarks.shows.fuzz.folders",
     "interrupts": "benchmarks.shows.fuzz.interrupts",
+    "continued": "benchmarks.shows.fuzz.continued",
     "engine-families": "benchmarks.shows.engine.families",
     "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",

@@ -87,7 +87,7 @@ def answer(question: Question, folder: Path) -> Row:
     if name in TO_FOLDER:
         words += ["--results", "kept"]
     with (folder / "said.txt").open("w+", encoding="utf-8") as said:
-        row = _stopped(words, question["at"], folder, said.fileno())
+        row = ended_at(words, question["at"], folder, said.fileno())
         said.seek(0)
         text = said.read()
 
@@ -101,8 +101,18 @@ def answer(question: Question, folder: Path) -> Row:
     return {**row, "said": messages[-1:], "kept": written, "faults": faults}
 
 
-def _stopped(words: Sequence[str], at: float, folder: Path, said: int) -> Row:
-    """The exit code of a command that is stopped at a moment, and the times until its end [s]."""
+def ended_at(
+    words: Sequence[str], at: float, folder: Path, said: int, number: int = signal.SIGINT
+) -> Row:
+    """The exit code of a command that gets a signal at a moment, and the times until its end [s].
+
+    Parameters
+    ----------
+    at : of processor time [s].
+    folder : in which it works.
+    said : number of the open file for what it says.
+    number : of the signal. Ctrl-C is for its whole group, as of a terminal; another one for itself.
+    """
     # what a shell runs in its background ignores Ctrl-C, and so would all that it starts
     signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(
@@ -114,19 +124,21 @@ def _stopped(words: Sequence[str], at: float, folder: Path, said: int) -> Row:
         stderr=said,
         process_group=0,
     )
-    while process.poll() is None and processor_of(process.pid) < at:
+    used = 0.0
+    while process.poll() is None and used < at:
+        used = max(used, processor_of(process.pid))
         time.sleep(LOOK)
-    stopped, begun, wall = process.returncode is None, processor_of(process.pid), time.monotonic()
-    used = begun
+    stopped, begun, wall = process.returncode is None, used, time.monotonic()
     if stopped:
-        os.killpg(process.pid, signal.SIGINT)
+        (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
     while process.poll() is None:
         used = max(used, processor_of(process.pid))
         if used - begun > KILLED:
             os.killpg(process.pid, signal.SIGKILL)
         time.sleep(LOOK)
     wall = time.monotonic() - wall if stopped else 0.0
-    return {"code": process.returncode, "stopped": stopped, "wall": wall, "processor": used - begun}
+    times = {"wall": wall, "processor": used - begun, "in all": used}
+    return {"code": process.returncode, "stopped": stopped, **times}
 
 
 def processor_of(process: int) -> float:
