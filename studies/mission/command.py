@@ -11,7 +11,6 @@ STUDY = Study(
     "that the largest part of any cap that a stage uses is least; or finds the least total time "
     "under the caps. Says what the ring's reaction does to the arm, for three laws.",
     keys={"": "studies.mission.config:MissionStudy"},
-    state="studies.mission.config:as_dictionary",
     run="studies.mission.study:run",
     folder="mission-{0.least}",
     resumes=True,

@@ -26,8 +26,7 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.carrier import CarryingArm
-from studies.truss.config import TrussStudy, ring_in_space
-from studies.truss.config import as_dictionary as truss_dictionary
+from studies.truss.config import ring_in_space
 from studies.truss.limits.caps import jerk_cap
 
 AIMS = ("utilisation", "time")
@@ -172,10 +171,3 @@ def study_from(raw: Mapping[str, Any]) -> MissionStudy:
         Naming the key, its value and the remedy.
     """
     return from_mapping(MissionStudy, raw)
-
-
-def as_dictionary(study: MissionStudy) -> dict[str, Any]:
-    """The nested dictionary from which `study_from` makes the same study again."""
-    ring = truss_dictionary(TrussStudy(minimise="energy", truss=study.truss))["truss"]
-    stated = {name: value for name, value in dataclasses.asdict(study).items() if value is not None}
-    return {**stated, "truss": ring}

@@ -19,6 +19,7 @@ from models.laws import Law
 from models.ring_on_arm import arm_motion
 from ocp.arrays import Array
 from studies.common.comparison_table import TableRow
+from studies.common.configuration import as_stated
 from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
@@ -26,7 +27,7 @@ from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.common.stops import kept_anyway
-from studies.mission.config import MissionStudy, as_dictionary
+from studies.mission.config import MissionStudy
 from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
 from studies.mission.stages import (
     RING,
@@ -298,7 +299,7 @@ def _result(mission: Mission) -> Result:
     return Result(
         kind="mission",
         question=study.question,
-        configuration=as_dictionary(study),
+        configuration=as_stated(study),
         arrays=_arrays(mission),
         table=table,
         also_found=parts,

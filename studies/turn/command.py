@@ -19,7 +19,6 @@ STUDY = Study(
     "from rest to rest of an antenna on an arm that twists. Compares it with its closed form, and "
     "with the paper's laws for the drive.",
     keys={"": "studies.turn.config:TurnStudy"},
-    state="studies.turn.config:as_dictionary",
     run="studies.turn.study:run",
     check="studies.turn.study:check",
     folder="turn-{0.minimise}",

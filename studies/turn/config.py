@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,8 +23,7 @@ from studies.common.configuration import (
     section,
 )
 from studies.common.exit_codes import StudyError
-from studies.truss.config import TrussStudy, ring_in_space
-from studies.truss.config import as_dictionary as truss_dictionary
+from studies.truss.config import ring_in_space
 
 OBJECTIVES = ("peak-torque", "time")
 FULL_TURN = 360.0  # [deg]
@@ -132,9 +130,3 @@ def study_from(raw: Mapping[str, Any]) -> TurnStudy:
         Naming the key, its value and the remedy.
     """
     return from_mapping(TurnStudy, raw)
-
-
-def as_dictionary(study: TurnStudy) -> dict[str, Any]:
-    """The nested dictionary from which `study_from` makes the same study again."""
-    ring = truss_dictionary(TrussStudy(minimise="energy", truss=study.truss))["truss"]
-    return {**dataclasses.asdict(study), "truss": ring}

@@ -27,6 +27,7 @@ from models.turn import (
 )
 from ocp import OcpError, Solution, solve
 from studies.common.comparison_table import TableRow, costs_elsewhere
+from studies.common.configuration import as_stated
 from studies.common.console import Console, at_work
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
@@ -35,7 +36,7 @@ from studies.common.result import Criterion, Result, Series, Verdict, at_most
 from studies.common.rounding import up
 from studies.common.second_solve import second_solve
 from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, REST
-from studies.turn.config import TurnStudy, as_dictionary
+from studies.turn.config import TurnStudy
 from studies.turn.problem import rows_of, state
 
 OPTIMUM = "optimum"
@@ -180,7 +181,7 @@ def _result(study: TurnStudy, console: Console, kept: FinishedSteps) -> Result:
     return Result(
         kind="turn",
         question=study.question,
-        configuration=as_dictionary(study),
+        configuration=as_stated(study),
         arrays=_series(study, moved),
         table=rows,
         bounds={row.key: row.bound for row in rows if row.bound is not None},

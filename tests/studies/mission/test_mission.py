@@ -17,14 +17,13 @@ from models.ring_on_arm import RingOnArm
 from models.truss import DYNAMIC_SET
 from ocp import Interrupted
 from studies.cli import main
-from studies.common.configuration import toml_text
+from studies.common.configuration import as_stated, toml_text
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.common.writers import outcome_text
 from studies.mission import MissionStudy, figures, stages, study_from
 from studies.mission import study as work
-from studies.mission.config import as_dictionary
 from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
 from studies.mission.stages import (
     ALLOWED,
@@ -334,12 +333,12 @@ def test_too_short_a_time_has_the_code_of_what_cannot_be() -> None:
 
 def test_the_resolved_study_states_itself_again() -> None:
     study = study_from({"total": 40.0, "truss": {"pulley_friction": 0.01}})
-    assert study_from(as_dictionary(study)) == study
+    assert study_from(as_stated(study)) == study
     assert study.truss.crank == DYNAMIC_SET.crank
     # the least time has no total, and the file that states it again has none
     least = study_from({"least": "time"})
     assert least.total is None
-    assert study_from(tomllib.loads(toml_text(as_dictionary(least)))) == least
+    assert study_from(tomllib.loads(toml_text(as_stated(least)))) == least
     assert study_from({}).total == 36.0
     assert main(["mission", "--least", "time", "--total", "5"]) == ExitCode.BAD_INPUT
 

@@ -11,12 +11,12 @@ import pytest
 
 from models.turn import least_torque_turn, torque_limited_turn, turn_response
 from studies.cli import main
+from studies.common.configuration import as_stated
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.report.page import page
 from studies.turn import TurnStudy, run, study_from
-from studies.turn.config import as_dictionary
 from studies.turn.figures import turn_figure
 from studies.turn.study import check
 from tests.models.turn.test_turn import least_peak_by_program
@@ -121,7 +121,7 @@ def test_bad_input_is_said_in_one_sentence(stated, words: str) -> None:
 
 def test_a_study_is_repeated_from_its_dictionary() -> None:
     study = TurnStudy(angle_deg=60, duration=3.0, truss={"stowed_angle_deg": 5})
-    assert study_from(as_dictionary(study)) == study
+    assert study_from(as_stated(study)) == study
     heavier = dataclasses.replace(study, arm={"tip_mass": 60.0})
     assert heavier.parameters.inertia == pytest.approx(2 * study.parameters.inertia)
 
