@@ -118,12 +118,9 @@ def search(
     def force(problem: Problem, solution: Solution) -> float:
         return solution.value(statements[problem].stages[0], replayed=True)
 
-    known = kept.known(ROUGHLY, starts)
-
     def finished(trial: Trial) -> None:
-        if trial.name not in known:
-            kept.keep(ROUGHLY, trial)
-        console.progress(_line(study, trial, earlier=trial.name in known))
+        earlier = not kept.keep(ROUGHLY, trial)
+        console.progress(_line(study, trial, earlier))
 
     try:
         with script_left_out():
@@ -135,7 +132,7 @@ def search(
                 processes=allowed_processes(),
                 failures=(StudyError,),
                 seconds=seconds,
-                known=known,
+                known=kept.known(ROUGHLY, starts),
                 progress=console.live,
                 finished=finished,
             )
@@ -177,6 +174,10 @@ def _to_the_last_digits(
         return found, False
     name, problem = best.starts[0], best.solution.problem
     console.progress(f"{name}: the best one to its last digits")
+
+    def finished(trial: Trial) -> None:
+        kept.keep(EXACTLY, trial)
+
     try:
         finer = audit(
             problem,
@@ -187,7 +188,7 @@ def _to_the_last_digits(
             seconds=seconds,
             known=kept.known(EXACTLY, {name: lambda: problem}),
             progress=console.live,
-            finished=functools.partial(kept.keep, EXACTLY),
+            finished=finished,
         )
     except Interrupted:
         return dataclasses.replace(found, interrupted=True), False

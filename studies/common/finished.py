@@ -109,29 +109,39 @@ class FinishedSteps:
         files = [] if self.place is None else sorted(self.place.glob(f"{kind}-*{ENDING}"))
         return tuple(file.name[len(kind) + 1 : -len(ENDING)] for file in files)
 
-    def keep(self, kind: str, trial: Trial) -> None:
-        """Write what came of a start; one that the user stopped is not finished."""
+    def keep(self, kind: str, trial: Trial) -> bool:
+        """Write what came of a start, and say whether it is new, and not here from an earlier run.
+
+        A start that the user stopped is not finished, and is not written.
+        """
+        name = f"{kind}-{trial.name}"
+        if self.place is not None and self._file(name).exists():
+            return False
         stopped = trial.solution is not None and trial.solution.interrupted
-        if stopped or isinstance(trial.error, Interrupted):
-            return
-        failure = None if trial.error is None else str(trial.error)
-        known = None if trial.solution is None else trial.solution.problem
-        content = (trial.solution, failure, trial.value, trial.seconds)
-        self._keep(f"{kind}-{trial.name}", content, known)
+        if not (stopped or isinstance(trial.error, Interrupted)):
+            failure = None if trial.error is None else str(trial.error)
+            problem = None if trial.solution is None else trial.solution.problem
+            self._keep(name, (trial.solution, failure, trial.value, trial.seconds), problem)
+        return True
 
     def read(self, kind: str, name: str, problem: Problem | None) -> Trial | None:
-        """What came of a start; None if it is not here or damaged, so that it is solved again.
+        """What came of a start; None if it is not here, so that it is solved again.
+
+        A damaged file is removed.
 
         Parameters
         ----------
         problem : Problem or None
             As it is stated for this start; None where it cannot be stated.
         """
+        file = f"{kind}-{name}"
         try:
-            solution, failure, value, seconds = self._read(f"{kind}-{name}", problem) or ()
+            solution, failure, value, seconds = self._read(file, problem) or ()
             error = None if failure is None else OcpError(failure)
             return Trial(name, solution, error, float(value), float(seconds))
         except (TypeError, ValueError):
+            if self.place is not None:
+                self._file(file).unlink(missing_ok=True)
             return None
 
     def known(

@@ -287,12 +287,10 @@ def _from_all_starts(
     starts = {law: functools.partial(stated, law) for law in laws}
     # corners that were found are scenarios, too: each set of them is a problem of its own
     kind = hashed([study.scenarios[name] for name in scenarios])[:12]
-    known = kept.known(kind, starts)
 
     def finished(trial: Trial) -> None:
-        if trial.name not in known:
-            kept.keep(kind, trial)
-        console.progress(_line(trial, earlier=trial.name in known))
+        earlier = not kept.keep(kind, trial)
+        console.progress(_line(trial, earlier))
 
     found = audit(
         starts=starts,
@@ -304,7 +302,7 @@ def _from_all_starts(
         processes=1,
         failures=(StudyError,),
         seconds=deployment.solver.seconds,
-        known=known,
+        known=kept.known(kind, starts),
         progress=console.live,
         finished=finished,
     )

@@ -1,6 +1,7 @@
 """Steps that are kept: read as they were written, by the study and the code that they are of."""
 
 import dataclasses
+import math
 import shutil
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from models.laws import JerkLimited
-from ocp import Control, Phase, Problem, Settings, State, solve
+from ocp import Control, OcpError, Phase, Problem, Settings, State, Trial, solve
 from studies.cli import main
 from studies.common import finished
 from studies.common.code_version import CodeVersion
@@ -77,6 +78,22 @@ def test_what_the_user_stopped_is_taken_again(tmp_path: Path) -> None:
     assert kept.count == 0
     assert not kept.step("cart", take, whole.problem).interrupted
     assert kept.count == 1
+
+
+@pytest.mark.parametrize("damage", [None, b"", b"PK"])
+def test_a_start_is_kept_once_and_one_that_is_damaged_is_kept_again(
+    damage: bytes | None, tmp_path: Path
+) -> None:
+    kept, trial = FinishedSteps(tmp_path), Trial("bezier", None, OcpError("none"), math.nan, 1.0)
+    assert kept.keep("motion", trial)
+    if damage is not None:
+        (tmp_path / "motion-bezier.step").write_bytes(damage)
+    again = kept.known("motion", {"bezier": cart, "step5": cart})
+    assert list(again) == ["bezier"]
+    found = again["bezier"]()
+    assert (found is None) is (damage is not None)
+    assert found is None or str(found.error) == "none"
+    assert kept.keep("motion", trial) is (damage is not None)
 
 
 def test_where_nothing_is_kept_each_step_is_taken() -> None:

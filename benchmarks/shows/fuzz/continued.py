@@ -147,9 +147,10 @@ def _apart(whole: Path, kept: Path) -> float:
 
 
 def _numbers(result: Result) -> dict[str, Array]:
-    """All numbers of a result, by what they are."""
+    """All numbers of a result, by what they are, but the seconds that its solves took."""
     rows = {f"{row.key}, {law}": x for row in result.table for law, x in row.values.items()}
     arrays = {name: series.values for name, series in result.arrays.items()}
+    arrays.pop("seconds", None)
     return {name: np.asarray(x, dtype=float) for name, x in {**rows, **arrays}.items()}
 
 

@@ -345,7 +345,6 @@ class Search:
         """
         # another start than a law begins where a search ended
         stated = {name: functools.partial(self._stated, name) for name in starts if name in KINDS}
-        known = self.kept.known(self._kind, stated)
         at_once = {} if soon is None else {soon.name: soon}
         found = audit(
             starts=starts,
@@ -357,9 +356,9 @@ class Search:
             enough=lambda trials: self._enough(list(starts), trials),
             failures=(StudyError,),
             seconds=self._some_left(),
-            known={**known, **at_once},
+            known={**self.kept.known(self._kind, stated), **at_once},
             progress=self.console.live,
-            finished=lambda trial: self._finished(trial, len(starts), trial.name in known),
+            finished=lambda trial: self._finished(trial, len(starts)),
         )
         self.interrupted = self.interrupted or found.interrupted
         return found
@@ -408,11 +407,10 @@ class Search:
         """The first objective of the replay, as it is reported: without the price of roughness."""
         return solution.value(self._statements[problem].stages[0], replayed=True)
 
-    def _finished(self, trial: Trial, count: int, earlier: bool) -> None:
+    def _finished(self, trial: Trial, count: int) -> None:
         """Keep a start that is done, and say so in one line."""
         # kept before it is said: who reads that it is done may kill the process
-        if not earlier:
-            self.kept.keep(self._kind, trial)
+        earlier = trial.name in KINDS and not self.kept.keep(self._kind, trial)
 
         self._started += 1
         label = f"start {self._started} of {count} ({trial.name})"
