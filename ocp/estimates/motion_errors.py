@@ -81,16 +81,24 @@ class DenseSamples:
         seconds = (np.diff(motion.breakpoints)[intervals] * width)[:, None] * rule.weights
         return cls(motion, starts, intervals, tau, seconds)
 
-    @property
+    @cached_property
     def places(self) -> tuple[Integers, Array]:
         """Intervals and local times of all samples, (P q,) each."""
         return np.repeat(self.intervals, self.tau.shape[1]), self.tau.ravel()
+
+    @cached_property
+    def signals(self) -> Array:
+        """All signals there, (P q, n)."""
+        return self.motion.local(*self.places)
 
     def values(
         self, evaluator: Evaluator, trajectory: Trajectory, expressions: Sequence[ca.SX]
     ) -> Array:
         """Expressions at the samples, (n, P, q)."""
-        found = evaluator.values(trajectory, self.motion.name, expressions, *self.places)
+        if not expressions:
+            return np.empty((0, *self.tau.shape))
+        name, times = self.motion.name, evaluator.times(self.motion, *self.places)
+        found = evaluator.of_signals(trajectory, name, expressions, self.signals, times)
         return found.T.reshape(len(expressions), *self.tau.shape)
 
     def integrals(self, values: Array) -> Array:
@@ -228,13 +236,18 @@ class MotionErrors:
         limits: Sequence[tuple[float, float]],
         dense: DenseSamples,
     ) -> tuple[Extremes, ...]:
-        limited = [c for c in constraints if not c.is_equation]
-        samples = iter(
-            _samples(self.evaluator, self.trajectory, motion, [c.expression for c in limited])
-        )
+        limited = [c.expression for c in constraints if not c.is_equation]
+        on_grid = _samples(self.evaluator, self.trajectory, motion, limited)
+        # all at once: expressions share most of what they are made of
+        hides = [may_hide_features(self.evaluator, motion.name, e) for e in limited]
+        hiding = [e for e, hidden in zip(limited, hides, strict=True) if hidden]
+        found = iter(dense.values(self.evaluator, self.trajectory, hiding))
+        densely = [next(found) if hidden else None for hidden in hides]
+
+        samples = iter(zip(on_grid, densely, strict=True))
         nothing = Extremes(np.full(motion.intervals, -np.inf), np.full(motion.intervals, 0.5))
         return tuple(
-            nothing if c.is_equation else self._excess_of(motion, c, between, next(samples), dense)
+            nothing if c.is_equation else self._excess_of(motion, c, between, *next(samples), dense)
             for c, between in zip(constraints, limits, strict=True)
         )
 
@@ -244,9 +257,13 @@ class MotionErrors:
         constraint: PathConstraint,
         limits: tuple[float, float],
         samples: Array,
+        every: Array | None,
         dense: DenseSamples,
     ) -> Extremes:
-        """Excess of one constraint from its values on the dense grid, (N, m)."""
+        """Excess of one constraint from its values on the dense grid, (N, m).
+
+        Where it may hide something, its values at the dense samples (P, q) count as well.
+        """
         lower, upper = limits
         largest = 0.0
 
@@ -265,8 +282,7 @@ class MotionErrors:
         extremes = maxima(at, sampled(samples), _grid(motion), level=0.0)
         size = constraint.size(limits, largest)
         seen, tau = extremes.values / size, extremes.tau
-        if may_hide_features(self.evaluator, motion.name, constraint.expression):
-            (every,) = dense.values(self.evaluator, self.trajectory, [constraint.expression])
+        if every is not None:
             most, where = dense.largest(beyond(every) / size)
             seen, tau = np.maximum(seen, most), np.where(most > seen, where, tau)
         return Extremes(seen, tau, size)

@@ -91,7 +91,7 @@ def simulated_guesses(
     """
     if any(problem.algebraics.values()):
         return []
-    simulator = _Simulator(problem, parameters, stated, sizes, bound_sizes, random)
+    simulator = _Simulator(problem, parameters, stated, sizes, bound_sizes, random, most)
     phases: list[_Draws] = []
     for phase in problem.phases:
         phases.append(simulator.drawn(phase, phases[-1] if phases else None))
@@ -152,6 +152,7 @@ class _Simulator:
     sizes: Mapping[str, float]
     bound_sizes: Mapping[tuple[str, str], float]
     random: np.random.Generator
+    most: float
 
     def drawn(self, phase: Phase, before: _Draws | None) -> _Draws:
         """All draws of a phase, from where the phase before it ended."""
@@ -175,21 +176,25 @@ class _Simulator:
         motion = np.stack(states).transpose(0, 2, 1)
         times = np.linspace(ends[0], ends[1], _STEPS + 1)
 
+        # a free last time may as well be earlier, where the motion comes closest
+        late = (np.arange(_STEPS + 1) == _STEPS)[:, None]
+        if isinstance(phase.end, Between) and phase is self.problem.phases[-1]:
+            late = times >= phase.end.lower
+            late[0] = False
+
         # a value that is none counts as one that has run away
         scale = np.array([self.sizes[s.name] for s in phase.states])[None, :, None]
         with np.errstate(over="ignore", invalid="ignore"):
             away = np.nan_to_num(np.abs(motion) / scale, nan=np.inf).max(axis=1)
             miss = self._misses(phase, np.nan_to_num(motion))
-            miss += self._beyond_bounds(phase, inputs, motion, u, times, numbers)
-        miss[np.maximum.accumulate(away, axis=0) > _FAR] = np.inf
+            miss[~late | (np.maximum.accumulate(away, axis=0) > _FAR)] = np.inf
+            # limits take as long as all else, and what misses its end by more is left out anyway
+            near = miss.min(axis=0) <= self.most
+            parts = (motion[..., near], u[..., near], times[:, near])
+            miss[:, near] += self._beyond_bounds(phase, inputs, *parts, numbers)
 
-        # a free last time may as well be earlier, where the motion comes closest
-        last = np.full(_DRAWS, _STEPS)
-        if isinstance(phase.end, Between) and phase is self.problem.phases[-1]:
-            late = times >= phase.end.lower
-            late[0] = False
-            last = np.argmin(np.where(late, miss, np.inf), axis=0)
-            last = np.where(last > 0, last, _STEPS)
+        last = np.argmin(miss, axis=0)
+        last = np.where(last > 0, last, _STEPS)
         controlled = self.problem.controls[phase.name]
         return _Draws(phase, controlled, ends, motion, u, last, miss[last, np.arange(_DRAWS)])
 
@@ -274,7 +279,7 @@ class _Simulator:
     ) -> Array:
         """By how much each draw has left the path constraints until a step, (m + 1, K)."""
         beyond = np.zeros(times.shape)
-        if not phase.bounds:
+        if not (phase.bounds and times.size):
             return beyond
         expressions = ca.densify(ca.vertcat(*[bound.expression for bound in phase.bounds]))
         signals = (motion, np.concatenate([u, u[-1:]]), times[:, None])

@@ -39,9 +39,15 @@ def called(function: ca.Function, *arguments: Array) -> list[Array]:
     ValueError
         An argument has not as many numbers as its input.
     """
+    found = nonzeros(function, *arguments)
+    return [_full(function.sparsity_out(i), values, 1) for i, values in enumerate(found)]
+
+
+def nonzeros(function: ca.Function, *arguments: Array) -> list[Array]:
+    """The same, but the non-zeros of each output alone, (n,) in the order of its pattern."""
     outputs = [np.empty(function.nnz_out(i)) for i in range(function.n_out())]
     _evaluate(function, _contiguous(function, arguments, 1), outputs)
-    return [_full(function.sparsity_out(i), found, 1) for i, found in enumerate(outputs)]
+    return outputs
 
 
 def columnwise(function: ca.Function, *arguments: Array) -> list[Array]:

@@ -11,11 +11,13 @@ from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.solver import NlpResult
+from ocp.numerics.columnwise import called, nonzeros
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Piecewise
 from ocp.scaling.scales import VANISHED, Scales
+from ocp.transcription.kernels import nonzero_places
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 # Scaled slope below which an unknown has no influence on a row
@@ -131,21 +133,20 @@ class Iterate:
         multiplier is any number, as large as the solver happens to leave it.
         """
         lower, upper = self.limits.columns
-        program = self.transcription.program
-        jacobian = program.constraint_jacobian(self.x, self.parameters.vector)[1]
-        pattern, slopes = jacobian.sparsity(), np.abs(jacobian.nonzeros())
-        rows, columns = np.array(pattern.row()), np.array(pattern.get_col())
+        jacobian = self.transcription.program.constraint_jacobian
+        _, found = nonzeros(jacobian, self.x[None], self.parameters.vector[None])
+        rows, columns = nonzero_places(jacobian.sparsity_out(1))
 
         # the others may have a place in the row, and a slope of nothing there
         free = np.zeros(self.row_multipliers.size, dtype=bool)
-        free[rows[(lower < upper)[columns] & (slopes > _NO_SLOPE)]] = True
+        free[rows[(lower < upper)[columns] & (np.abs(found) > _NO_SLOPE)]] = True
         return np.where(free, self.row_multipliers, 0.0)
 
     @cached_property
     def rows(self) -> Array:
         """Scaled values of the program's rows, (m,)."""
-        _, rows = self.transcription.program.oracle(self.x, self.parameters.vector)
-        return np.asarray(rows.full()).ravel()
+        numbers = (self.x[None], self.parameters.vector[None])
+        return called(self.transcription.program.oracle, *numbers)[1].ravel()
 
     @cached_property
     def limits(self) -> ProgramLimits:
