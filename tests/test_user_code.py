@@ -119,7 +119,8 @@ class OneNewtonStep:
         upper = program.lagrangian_hessian(at, parameters, 1.0, no_multipliers).full()
         hessian = upper + np.triu(upper, 1).T
         gradient = program.objective_gradient(at, parameters)[1].full().ravel()
-        rows, jacobian = (value.full() for value in program.constraint_jacobian(at, parameters))
+        rows = program.oracle(at, parameters)[1].full()
+        jacobian = program.constraint_jacobian(at, parameters)[1].full()
         equations = np.vstack([jacobian, np.eye(len(at))[held]])
         wanted = np.concatenate([limits.rows[0] - rows.ravel(), 0.0 * at[held]])
 

@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -44,9 +43,8 @@ _NAMES = ("libcasadi-tp-openblas.so.0", "libcasadi-tp-openblas.dll")
 def casadi_blas() -> ctypes.CDLL | None:
     """The OpenBLAS that CasADi's solvers alone use; None if they share one with others."""
     for name in _NAMES:
-        path = Path(ca.__file__).parent / name
-        if path.exists():
-            return ctypes.CDLL(str(path))
+        with suppress(OSError):
+            return ctypes.CDLL(f"{ca.__path__[0]}/{name}")
     return None
 
 

@@ -99,19 +99,18 @@ def differentiate(kernel: Kernel) -> KernelDerivatives:
     return KernelDerivatives(
         objective=ca.Function("objective", inputs, [f]),
         rows=ca.Function("rows", inputs, [g]),
-        gradient=_function("gradient", inputs, [f, gradient]),
+        gradient=_function("gradient", inputs, gradient),
         gradient_at=nonzero_places(gradient.sparsity())[1],
-        jacobian=_function("jacobian", inputs, [g, jacobian]),
+        jacobian=_function("jacobian", inputs, jacobian),
         jacobian_at=nonzero_places(jacobian.sparsity()),
-        hessian=_function("hessian", [*inputs, sigma, lam], [hessian]),
+        hessian=_function("hessian", [*inputs, sigma, lam], hessian),
         hessian_at=nonzero_places(hessian.sparsity()),
     )
 
 
-def _function(name: str, inputs: list[Any], outputs: list[Any]) -> ca.Function:
-    *values, matrix = outputs
-    nonzeros = matrix.nz[:] if matrix.nnz() else ca.SX(0, 1)
-    return ca.Function(name, inputs, [*values, nonzeros])
+def _function(name: str, inputs: list[Any], matrix: ca.SX) -> ca.Function:
+    """The non-zeros of a matrix."""
+    return ca.Function(name, inputs, [matrix.nz[:] if matrix.nnz() else ca.SX(0, 1)])
 
 
 def nonzero_places(pattern: ca.Sparsity) -> tuple[Integers, Integers]:
@@ -124,7 +123,8 @@ def nonzero_places(pattern: ca.Sparsity) -> tuple[Integers, Integers]:
 class Program:
     """A nonlinear program, the sum of its blocks, as CasADi's solvers take it.
 
-    Its functions of ``(x, p)`` are built on first use.
+    Its functions of ``(x, p)`` are built on first use. CasADi's solvers want a place for the value
+    beside a derivative, and never read it there: it costs nothing, and is no number.
 
     Attributes
     ----------
@@ -151,33 +151,32 @@ class Program:
         costly = [i for i in instances if i.block.kernel.costs]
         ruled = [i for i in instances if i.block.rows.shape[1]]
         f = _total([i.mapped(i.parts.objective) for i in costly])
-        g = self._stacked([i.mapped(i.parts.rows) for i in ruled], ruled)
+        places = [i.block.rows for i in ruled]
+        g = _scatter([i.mapped(i.parts.rows) for i in ruled], places, self.rows)
         return ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"])
 
     @cached_property
     def objective_gradient(self) -> ca.Function:
-        """``(x, p) -> (f, df/dx)``."""
+        """``(x, p) -> (NaN, df/dx)``; the objective is in the `oracle`."""
         x, p, instances = self._applied
         costly = [i for i in instances if i.block.kernel.costs]
-        values = [i.mapped(i.parts.gradient) for i in costly]
         places = [i.block.columns[:, i.parts.gradient_at] for i in costly]
-        gradient = _scatter([nonzeros for _, nonzeros in values], places, self.variables)
-        outputs = [_total([f for f, _ in values]), gradient]
+        gradient = _scatter([i.mapped(i.parts.gradient) for i in costly], places, self.variables)
+        outputs = [ca.MX.nan(1), gradient]
         return ca.Function("nlp_grad_f", [x, p], outputs, ["x", "p"], ["f", "grad_f_x"])
 
     @cached_property
     def constraint_jacobian(self) -> ca.Function:
-        """``(x, p) -> (g, dg/dx)``."""
+        """``(x, p) -> (NaN, dg/dx)``; the rows are in the `oracle`."""
         x, p, instances = self._applied
         ruled = [i for i in instances if i.block.rows.shape[1]]
-        values = [i.mapped(i.parts.jacobian) for i in ruled]
         jacobian = _sparse(
-            [nonzeros for _, nonzeros in values],
+            [i.mapped(i.parts.jacobian) for i in ruled],
             [i.block.rows[:, i.parts.jacobian_at[0]] for i in ruled],
             [i.block.columns[:, i.parts.jacobian_at[1]] for i in ruled],
             (self.rows, self.variables),
         )
-        outputs = [self._stacked([g for g, _ in values], ruled), jacobian]
+        outputs = [ca.MX.nan(self.rows), jacobian]
         return ca.Function("nlp_jac_g", [x, p], outputs, ["x", "p"], ["g", "jac_g_x"])
 
     @cached_property
@@ -206,9 +205,6 @@ class Program:
         x, p = ca.MX.sym("x", self.variables), ca.MX.sym("p", self.constants)
         instances = [_Instances(b, _gather(x, b.columns), ca.DM(b.data.T), p) for b in self.blocks]
         return x, p, instances
-
-    def _stacked(self, parts: list[Any], ruled: Sequence[_Instances]) -> Any:
-        return _scatter(parts, [i.block.rows for i in ruled], self.rows)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -103,9 +103,6 @@ def compare(blocks, variables, rows, seed=1):
         np.testing.assert_allclose(
             np.array(ours), theirs, rtol=ROUND_OFF, atol=ROUND_OFF * 10, err_msg=what
         )
-    values = [program.objective_gradient(at, 0.7)[0], program.constraint_jacobian(at, 0.7)[0]]
-    np.testing.assert_allclose(np.array(values[0]), expected[0], rtol=ROUND_OFF)
-    np.testing.assert_allclose(np.array(values[1]), expected[1], rtol=1e-12)  # sums near zero
 
 
 CHAIN = block([[0, 1, 5], [1, 2, 5], [2, 3, 5]], [[0, 1], [2, 3], [4, 5]])
