@@ -1,7 +1,8 @@
 """The part "instructions": how many the processor executes for A and B, by who executes them.
 
 Callgrind counts them, of the process alone: the same on an idle machine and a busy one. They are
-counted by library. The C library's belong to whoever called it, and stand apart.
+counted by library. The C library's belong to whoever called it, and stand apart. Modules come from
+bytecode, as they do for a user: to compile them takes as long as a small solve.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.parts import Measured, Setup
-from benchmarks.processes import THREADS
+from benchmarks.processes import BYTECODE, THREADS
 from benchmarks.race.contestants import PROBLEMS, ROWS
 from benchmarks.records import ROOT
 from studies.common.console import Table, number
@@ -72,20 +73,23 @@ def counted(arguments: Iterable[str], folder: Path, limit: float) -> dict[str, i
         If the process fails or takes longer than the limit [s].
     """
     profile = folder / "callgrind.out"
-    command = [TOOL, "--tool=callgrind", f"--callgrind-out-file={profile}", sys.executable]
-    # hashes, threads and bytecode that is written anew would make two runs differ
+    program = [sys.executable, *arguments]
+    counting = [TOOL, "--tool=callgrind", f"--callgrind-out-file={profile}", *program]
+    # hashes and threads would make two runs differ, and bytecode that is not there yet
     fixed = {"PYTHONHASHSEED": "0", "PYTHONPATH": f"{ROWS}{os.pathsep}{ROOT}"}
     fixed |= dict.fromkeys(THREADS, "1")
+    env = {name: value for name, value in os.environ.items() if name != BYTECODE}
     try:
-        subprocess.run(
-            [*command, *arguments],
-            cwd=folder,
-            env={**os.environ, **fixed},
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=limit,
-        )
+        for command in (program, counting):
+            subprocess.run(
+                command,
+                cwd=folder,
+                env=env | fixed,
+                capture_output=True,
+                text=True,
+                check=True,
+                timeout=limit,
+            )
     except subprocess.TimeoutExpired as error:
         raise StudyError(f"{TOOL} took longer than {limit:g} s; raise --limit") from error
     except subprocess.CalledProcessError as error:
