@@ -31,7 +31,7 @@ from models.truss.dynamics import (
     static_torque,
 )
 from models.truss.evaluate import TrussMotion, evaluate_motion
-from models.truss.friction import coulomb_torque, joint_damping, joint_loss
+from models.truss.friction import coulomb_torque, joint_damping, joint_loss, one_way
 from models.truss.gravity import gravity_potential, gravity_slope
 from models.truss.inertia import (
     inertia,
@@ -137,6 +137,7 @@ __all__ = [
     "module_shear",
     "node_motion",
     "node_position",
+    "one_way",
     "play_angle",
     "potential",
     "potential_slope",

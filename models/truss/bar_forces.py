@@ -137,15 +137,19 @@ def extreme_bar_forces(
 
     The tension falls along the ring while the shear is least at its ends, so cross-bars carry most
     there; links do so where the shear is largest or least. The number of forces does not grow with
-    n: 12, or 3 without friction. Each is smooth in the angle but where the net becomes taut.
+    n: 12, or 3 without friction, and more only with the number of pulleys that differ. Each is
+    smooth in the angle but where the net becomes taut.
     """
+    # of alike modules the first link carries no more than the last; of runs any end may be largest
+    skipped = dict.fromkeys(KINDS, "between")
+    skipped["link"] = "none" if parameters.other_pulleys else "first"
     found: dict[str, Expression] = {}
     for place, module in extreme_modules(parameters, alpha).items():
         forces = bar_forces(parameters, alpha, omega, acc, tension, module, net)
         for kind, pair in zip(KINDS, forces[:3], strict=True):
             if place == "any":
                 found[kind] = pair[0]
-            elif place != ("first" if kind == "link" else "between"):
+            elif not place.startswith(skipped[kind]):
                 found |= {f"{side}_{kind}_{place}": pair[k] for k, side in enumerate(SIDES)}
     return found
 

@@ -52,7 +52,7 @@ def buckling_shares(
     shares = {name: push / (link if "link" in name else half) for name, push in pushes.items()}
     # the push in a vertical bar is the step of the shear, which is largest at an end of the ring
     for place, module in extreme_modules(parameters, alpha).items():
-        if place != "between":
+        if not place.startswith("between"):
             push = bar_forces(*state, module, net).vertical_bar
             shares[f"vertical_bar_{place}"] = push / bar
     return shares

@@ -19,7 +19,7 @@ from models.errors import require
 from models.truss.bar_forces import largest_bar_force
 from models.truss.buckling import buckling_shares
 from models.truss.dynamics import rope_force
-from models.truss.friction import joint_loss
+from models.truss.friction import joint_loss, one_way
 from models.truss.inertia import kinetic_energy, linear_momentum, reaction_force
 from models.truss.kinematics import rope_acceleration, rope_length, rope_speed
 from models.truss.parameters import TrussParameters
@@ -177,10 +177,9 @@ def _check_motion(parameters: TrussParameters, alpha: Array, omega: Array, acc: 
     )
 
     slowest = omega.min()
-    names = ("pulley_friction", "joint_coulomb", "slider_coulomb", "off_load_friction")
-    rubs = [name for name in names if getattr(parameters, name) != 0]
+    rubs = one_way(parameters)
     require(
         not rubs or slowest >= -_BACKWARD_SLACK * np.abs(omega).max(),
         f"the speed falls to {slowest:g} rad/s, but pulley and Coulomb friction are modelled for a "
-        f"truss that opens; keep the speed non-negative or set {', '.join(rubs)} to 0.",
+        f"truss that opens; keep the speed non-negative or leave {', '.join(rubs)} out.",
     )

@@ -56,3 +56,15 @@ def off_load_push(parameters: TrussParameters) -> Expression:
 def joint_loss(parameters: TrussParameters, alpha: Expression, omega: Expression) -> Expression:
     """Power dissipated in joints, sliders and off-load [W], D omega^2 + C omega."""
     return joint_damping(parameters, alpha) * omega**2 + coulomb_torque(parameters, alpha) * omega
+
+
+def one_way(parameters: TrussParameters) -> tuple[str, ...]:
+    """Names of the frictions that are modelled for a truss that opens, if there are any."""
+    names = (
+        "pulley_friction",
+        "other_pulleys",
+        "joint_coulomb",
+        "slider_coulomb",
+        "off_load_friction",
+    )
+    return tuple(name for name in names if getattr(parameters, name))

@@ -75,6 +75,8 @@ class TrussParameters:
     joint_friction : xi1 [N m s/rad], viscous friction of the rotating joints.
     slider_friction : xi2 [N s/m], viscous friction of the sliders.
     pulley_friction : mu [-], between rope and pulley.
+    other_pulleys : [-], rows (module, pulley, mu) of pulleys that differ, on both ropes; a module
+        has pulley 1 to 4 behind its segments: bar end, middle joint, bar end, slider.
     joint_coulomb : [N m], Coulomb torque of each rotating joint, at full value at rest.
     slider_coulomb : [N], Coulomb friction of each slider, at full value at rest.
     gravity : [m/s^2], in the ring's frame: from the fixed bar towards the ring's centre, across
@@ -111,6 +113,7 @@ class TrussParameters:
     joint_friction: float = 0.1
     slider_friction: float = 0.1
     pulley_friction: float = 0.0
+    other_pulleys: tuple[tuple[int, int, float], ...] = ()
     joint_coulomb: float = 0.0
     slider_coulomb: float = 0.0
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -189,6 +192,7 @@ def _check_values(p: TrussParameters) -> None:
         isinstance(modules, int) and modules >= 3,
         f"modules is {shortened(modules)}; a closed ring needs a whole number of at least 3.",
     )
+    _check_pulleys(p.other_pulleys, p.modules)
     require(
         p.counting in ("once", "as printed"),
         f'counting is {shortened(p.counting)}; choose "once" or "as printed".',
@@ -197,6 +201,32 @@ def _check_values(p: TrussParameters) -> None:
         isinstance(p.joint_masses, JointMasses),
         f"joint_masses is {shortened(p.joint_masses)}; give a JointMasses.",
     )
+
+
+def _check_pulleys(rows: object, modules: int) -> None:
+    require(
+        isinstance(rows, tuple) and all(isinstance(one, tuple) and len(one) == 3 for one in rows),
+        f"other_pulleys is {shortened(rows)}; give rows of module, pulley and mu.",
+    )
+    known: set[tuple[int, int]] = set()
+    for module, pulley, mu in rows if isinstance(rows, tuple) else ():
+        require(
+            isinstance(module, int) and 1 <= module <= modules,
+            f"other_pulleys names module {shortened(module)}, but the ring has the modules 1 to "
+            f"{modules}; name one of them.",
+        )
+        most = 3 if module == modules else 4  # behind the last segment the rope is fixed
+        require(
+            isinstance(pulley, int) and 1 <= pulley <= most,
+            f"other_pulleys names pulley {shortened(pulley)} of module {module}, which has the "
+            f"pulleys 1 to {most}; name one of them.",
+        )
+        require(
+            (module, pulley) not in known,
+            f"other_pulleys names pulley {pulley} of module {module} twice; leave one row out.",
+        )
+        known.add((module, pulley))
+        _require_number(f"other_pulleys: mu of pulley {pulley} of module {module}", mu, zero=True)
 
 
 def _angle(value: float) -> str:

@@ -27,64 +27,59 @@ from models.truss.kinematics import (
     slider_distance_slope,
 )
 from models.truss.parameters import TrussParameters
+from models.truss.pulleys import runs, segment_ratio, turns
 
 _SERIES_TERMS = 8  # for z <= 1/2 the first neglected term is 3e-23, its second derivative 4e-20
 
 
 def tension_ratios(parameters: TrussParameters, alpha: Expression) -> Expression:
     """T_k / T1 of all segments k = 1..4n of a rope, shape (4n,), (29). It grows with n."""
-    mu = parameters.pulley_friction
-    within = (
-        0 * alpha,
-        math.pi - alpha,
-        2 * math.pi - 3 * alpha,
-        3 * math.pi - 4 * alpha,
-    )
-    wraps = [4 * i * (math.pi - alpha) + turn for i in range(parameters.modules) for turn in within]
-    return ca.exp(-mu * ca.vertcat(*wraps))
+    places = [(module, k) for module in range(1, parameters.modules + 1) for k in (1, 2, 3, 4)]
+    return ca.vertcat(*(segment_ratio(parameters, alpha, *place) for place in places))
 
 
 def module_tension(
     parameters: TrussParameters, alpha: Expression, tension: Expression, module: Expression
 ) -> tuple[Expression, Expression]:
     """Tension along the left and the right half of the cross-bars of a module 1..n [N], (29)."""
-    mu = parameters.pulley_friction
-    first = tension * ca.exp(-4 * mu * (module - 1) * (math.pi - alpha))
-    turns = (math.pi - alpha, 2 * math.pi - 3 * alpha)
-    return first * ca.exp(-mu * turns[0]), first * ca.exp(-mu * turns[1])
+    left, right = (segment_ratio(parameters, alpha, module, segment) for segment in (2, 3))
+    return tension * left, tension * right
 
 
 def far_end_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
     """T_4n / T1, the tension of the last segment, (29)."""
-    wrap = 4 * (parameters.modules - 1) * (math.pi - alpha) + 3 * math.pi - 4 * alpha
-    return ca.exp(-parameters.pulley_friction * wrap)
+    return segment_ratio(parameters, alpha, parameters.modules, 4)
 
 
 def rope_leverage(parameters: TrussParameters, alpha: Expression) -> Expression:
     """f(alpha) [m], (34)-(35): T1 f is the generalised force of both ropes.
 
-    The sum over modules is a geometric series of ratio exp(-x), x = 4 mu (pi - alpha).
+    The sum over modules is a geometric series of ratio exp(-x), x = 4 mu (pi - alpha), in each run.
     """
-    mu, n = parameters.pulley_friction, parameters.modules
-    slope = slider_distance_slope(parameters, alpha)
-    series = n * _mean_of_modules(parameters, alpha)
-    return -2 * slope * series * (1 + ca.exp(-mu * (3 * math.pi - 4 * alpha)))
+    slope, total = slider_distance_slope(parameters, alpha), 0.0
+    for run in runs(parameters, alpha):
+        first, _, _, last = run.ratios
+        series = run.length * mean_of_modules(parameters, alpha, run.length)
+        total = total - 2 * slope * series * (first + last)
+    return total
 
 
 def mean_tension_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
     """Mean of T_k / T1 along a rope, by the lengths e, b, b, e of the segments in each module."""
-    mu = parameters.pulley_friction
     e, b = slider_distance(parameters, alpha), parameters.half_cross_bar
-    sliding = 1 + ca.exp(-mu * (3 * math.pi - 4 * alpha))
-    fixed = ca.exp(-mu * (math.pi - alpha)) + ca.exp(-mu * (2 * math.pi - 3 * alpha))
-    return _mean_of_modules(parameters, alpha) * (e * sliding + b * fixed) / (2 * (e + b))
+    total: Expression = 0.0
+    for run in runs(parameters, alpha):
+        first, second, third, fourth = run.ratios
+        mean = run.length / parameters.modules * mean_of_modules(parameters, alpha, run.length)
+        total = total + mean * (e * (first + fourth) + b * (second + third)) / (2 * (e + b))
+    return total
 
 
-def _mean_of_modules(parameters: TrussParameters, alpha: Expression) -> Expression:
-    """Mean of exp(-i x) over the modules i, x = 4 mu (pi - alpha): of their first tensions."""
+def mean_of_modules(parameters: TrussParameters, alpha: Expression, count: int) -> Expression:
+    """Mean of exp(-i x) over i = 0..count-1, x = 4 mu (pi - alpha): of tensions in a run."""
     # the quotient of two means is the sum of the series over n, and 1 where the friction is zero
     x = 4 * parameters.pulley_friction * (math.pi - alpha)
-    return decay_mean(parameters.modules * x) / decay_mean(x)
+    return decay_mean(count * x) / decay_mean(x)
 
 
 def pulley_loss(
@@ -113,7 +108,8 @@ def pulley_loss_by_sum(
     alpha = np.atleast_1d(np.asarray(angle, dtype=float))
     slope = slider_distance_slope(parameters, ca.DM(alpha)).full().ravel()
     hauled = -slope * np.asarray(speed, dtype=float)  # by each sliding segment [m/s]
-    wraps = (math.pi - alpha, math.pi - 2 * alpha, math.pi - alpha, math.pi + 0 * alpha)
+    wraps = turns(alpha)
+    others = {(module, pulley): mu for module, pulley, mu in parameters.other_pulleys}
     sliding = (1, 0, 0, 1)  # which of a module's segments change length
 
     # From the motor to the far end: the tension of the segment before each pulley, and the rate
@@ -123,7 +119,8 @@ def pulley_loss_by_sum(
     loss = np.zeros_like(alpha)
     for k in range(4 * parameters.modules - 1):
         beyond = beyond - sliding[k % 4] * hauled
-        drop = -segment_tension * np.expm1(-parameters.pulley_friction * wraps[k % 4])
+        mu = others.get((k // 4 + 1, k % 4 + 1), parameters.pulley_friction)
+        drop = -segment_tension * np.expm1(-mu * wraps[k % 4])
         loss += 2 * drop * beyond  # on both ropes
         segment_tension = segment_tension - drop
     return loss

@@ -9,9 +9,11 @@ passed on from module to module:
                                                                    for m = n, T1 (1 + y q^(n-1))
 
 with q = exp(-x), x = 4 mu (pi - alpha), of (29); y = exp(-mu (3 pi - 4 alpha)) over one module.
-The sums are geometric series. They close round the ring; the constant that they leave, a uniform
-self-stress, is such that the V_m have zero mean: this gives the links the least norm. V is concave
-in m, so it is least at an end, where V_1 >= V_n, and largest where t is as its mean.
+The sums are geometric series, one for each run of alike modules if some pulleys differ
+(`pulleys`). They close round the ring; the constant that they leave, a uniform
+self-stress, is such that the V_m have zero mean: this gives the links the least norm. In a run V is
+concave in m, so it is least at an end, and largest where t is as its mean or at an end. If all
+modules are alike V_1 >= V_n.
 
 Symbols: V [N] upward push of the upper half-module on the left on that on the right, on the upper
 face; the lower face mirrors it. T1 [N] motor force on one rope; e, h [m] as in `bar_forces`.
@@ -19,13 +21,15 @@ face; the lower face mirrors it. T1 [N] motor force on one rope; e, h [m] as in 
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import casadi as ca
 
 from models.truss.kinematics import Expression, link_height, slider_distance
 from models.truss.parameters import TrussParameters
-from models.truss.rope import decay_mean, decay_moment
+from models.truss.pulleys import runs, segment_ratio
+from models.truss.rope import decay_mean, decay_moment, mean_of_modules
 
 _NO_FRICTION = 1e-9  # of x: below it the largest V is some 1e-8 of T1, wherever it is
 
@@ -43,49 +47,83 @@ def module_shear(
 
     A module may be an expression, and its index continuous: between whole numbers V is smooth.
     """
-    x, q, y = _decay(parameters, alpha)
-    n, before = parameters.modules, module - 1
-    first, all_ = decay_mean(x), decay_mean(n * x)
+    x, q, _ = _decay(parameters, alpha)
+    n, first = parameters.modules, decay_mean(x)
+    pull = mean_slider_pull(parameters, alpha, tension)
+    alike = runs(parameters, alpha)
 
-    # sum of q^0 .. q^(m-2), less its mean over the modules m = 1..n
-    passed = before * decay_mean(before * x)
-    mean = (n * decay_moment(n * x) - decay_moment(x)) / first
-    pulled = (q + y) * (passed - mean) - (1 + y) * all_ * (before - (n - 1) / 2)
-    return shear_per_pull(parameters, alpha) * tension * pulled / first
+    # what the sliders of a run pass on up to this module, less its mean over the modules m = 1..n
+    passed: Expression = 0.0
+    for run in alike:
+        c, before = run.length - 1, module - run.first
+        if c == 0:
+            continue
+        if len(alike) > 1:
+            before = ca.fmin(ca.fmax(before, 0), c)
+        whole = c * decay_mean(c * x) / first
+        falling = c * (c * decay_moment(c * x) - decay_moment(x)) / first**2  # of (c - 1 - k) q^k
+        mean = ((n - run.first - (c - 1)) * whole + falling) / n
+        upto = before * decay_mean(before * x) / first
+        passed = passed + (run.ratios[3] + q * run.ratios[0]) * (upto - mean)
+    # and the sliders between two runs
+    for run, after in itertools.pairwise(alike):
+        last = after.first - 1
+        upto = ca.fmin(ca.fmax(module - last, 0), 1)
+        both = run.ratios[3] * ca.exp(-(run.length - 1) * x) + after.ratios[0]
+        passed = passed + both * (upto - (n - last) / n)
+
+    shear = tension * passed - pull * (module - 1 - (n - 1) / 2)
+    return shear_per_pull(parameters, alpha) * shear
 
 
 def extreme_modules(parameters: TrussParameters, alpha: Expression) -> dict[str, Expression]:
-    """The modules at both ends, and the one where V is largest.
+    """The modules at both ends of each run, and the one where V is largest in it.
 
-    The last one may lie between two modules: its index is continuous, which makes V smooth, and
-    for a ring of 24 at most half a percent larger. Without friction any module stands for all.
+    The last one, "between", may lie between two modules: its index is continuous, which makes V
+    smooth, and for a ring of 24 at most half a percent larger. Without friction any module stands
+    for all.
     """
-    mu, n = parameters.pulley_friction, parameters.modules
-    if isinstance(mu, int | float) and mu == 0:
+    mu, others = parameters.pulley_friction, parameters.other_pulleys
+    if isinstance(mu, int | float) and mu == 0 and not others:
         return {"any": 1}
-    x, q, y = _decay(parameters, alpha)
+    x, q, _ = _decay(parameters, alpha)
     rubs = x > _NO_FRICTION
-    ratio = (1 + y) * decay_mean(n * x) / (q + y)
-    passed = ca.if_else(rubs, -ca.log(ratio) / ca.if_else(rubs, x, 1), (n - 1) / 2)
-    return {"first": 1, "last": n, "between": 1 + passed}
+    mean = mean_slider_pull(parameters, alpha, 1.0)
+    found: dict[str, Expression] = {}
+    for number, run in enumerate(runs(parameters, alpha), start=1):
+        mark = f"_{number}" if others else ""
+        found[f"first{mark}"] = run.first
+        if run.length == 1:
+            continue
+        # V rises by (r4 + q r1) exp(-k x) / D(x) a module less the mean, at a continuous k
+        pull = run.ratios[0] * q + run.ratios[3]
+        passed = -ca.log(mean * decay_mean(x) / pull) / ca.if_else(rubs, x, 1)
+        passed = ca.if_else(rubs, passed, (run.length - 1) / 2)
+        if others:  # it may be reached elsewhere
+            passed = ca.fmin(ca.fmax(passed, 0), run.length - 1)
+        found[f"last{mark}"] = run.first + run.length - 1
+        found[f"between{mark}"] = run.first + passed
+    return found
 
 
 def slider_pull(
     parameters: TrussParameters, alpha: Expression, tension: Expression, module: Expression
 ) -> Expression:
     """Pull of a rope on the slider behind a module 1..n-1 [N], and for module n on the last."""
-    x, q, y = _decay(parameters, alpha)
     last = module == parameters.modules
-    decay = ca.exp(-(module - 1) * x)
-    return tension * ca.if_else(last, 1 + y * decay, (q + y) * decay)
+    after = ca.if_else(last, 1, segment_ratio(parameters, alpha, module + 1, 1))
+    return tension * (after + segment_ratio(parameters, alpha, module, 4))
 
 
 def mean_slider_pull(
     parameters: TrussParameters, alpha: Expression, tension: Expression
 ) -> Expression:
     """Mean of the pulls of a rope on the n sliders of a face [N]."""
-    x, _, y = _decay(parameters, alpha)
-    return tension * (1 + y) * decay_mean(parameters.modules * x) / decay_mean(x)
+    total: Expression = 0.0
+    for run in runs(parameters, alpha):
+        mean = run.length / parameters.modules * mean_of_modules(parameters, alpha, run.length)
+        total = total + tension * (run.ratios[0] + run.ratios[3]) * mean
+    return total
 
 
 def _decay(

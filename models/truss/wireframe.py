@@ -142,8 +142,11 @@ def _fixed_parts(parameters: TrussParameters, first: int) -> tuple[Array, Array,
     return points, np.array([[first, first + 1]]), first + 2 + np.array(edges)
 
 
-def wrap_angles(parameters: TrussParameters) -> Array:
-    """Wrap angle up to segment k of a rope as `w_0 + w_1 alpha` [rad], shape (4 n, 2), (29)."""
-    within = ((0.0, 0.0), (math.pi, -1.0), (2 * math.pi, -3.0), (3 * math.pi, -4.0))
-    turns = np.array([4 * math.pi, -4.0])
-    return np.concatenate([np.array(within) + i * turns for i in range(parameters.modules)])
+def tension_exponents(parameters: TrussParameters) -> Array:
+    """ln(T_k / T1) of segment k of a rope as `w_0 + w_1 alpha`, shape (4 n, 2), (29)."""
+    turns = np.array([(math.pi, -1.0), (math.pi, -2.0), (math.pi, -1.0), (math.pi, 0.0)])
+    mu = np.full((parameters.modules, 4), parameters.pulley_friction)
+    for module, pulley, own in parameters.other_pulleys:
+        mu[module - 1, pulley - 1] = own
+    steps = (mu[:, :, None] * turns).reshape(-1, 2)
+    return -np.concatenate([np.zeros((1, 2)), np.cumsum(steps[:-1], axis=0)])

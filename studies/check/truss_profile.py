@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from models.laws import AngularMotion, DerivedLaw, Law
-from models.truss import TrussParameters, angle_from_rope_length, rope_length
+from models.truss import TrussParameters, angle_from_rope_length, one_way, rope_length
 from models.truss.kinematics import rope_speed
 from ocp.arrays import Array
 from studies.check.own_rows import stated_law
@@ -101,7 +101,7 @@ class TrussProfile:
 
     def reachable(self, truss: TrussParameters, law: Law | None = None) -> ReachableLaw:
         """The recovered law, or another one, as the model can take it."""
-        return ReachableLaw(law or self.recovered.law, truss.pulley_friction > 0)
+        return ReachableLaw(law or self.recovered.law, bool(one_way(truss)))
 
 
 def recover_truss(measured: MeasuredProfile, truss: TrussParameters) -> TrussProfile:

@@ -61,7 +61,7 @@ def contributions(
 ) -> dict[str, Any]:
     """Factored contributions to F0 [N on each rope], inertia with its factor though it may help."""
     truss, factors = case.truss, case.factors
-    without = rope_leverage(_only(truss, pulley_friction=0.0), alpha)
+    without = rope_leverage(_only(truss, pulley_friction=0.0, other_pulleys=()), alpha)
 
     # what moves: of each friction the truss with that one alone
     inertial = inertia(truss, alpha) * acc + inertia_slope(truss, alpha) * omega**2 / 2
@@ -94,9 +94,9 @@ def contributions(
 
 def with_pulleys(case: LoadCase, force: Any, alpha: Any) -> Any:
     """F [N] of an F0, with the pulleys' factored friction."""
-    if case.truss.pulley_friction == 0.0:
+    if case.truss.pulley_friction == 0.0 and not case.truss.other_pulleys:
         return force
-    without = rope_leverage(_only(case.truss, pulley_friction=0.0), alpha)
+    without = rope_leverage(_only(case.truss, pulley_friction=0.0, other_pulleys=()), alpha)
     share = without / rope_leverage(case.truss, alpha) - 1
     return force * (1 + case.factors.pulley_friction * share)
 

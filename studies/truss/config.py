@@ -158,6 +158,8 @@ def truss_parameters(name: str, value: Any) -> TrussParameters:
     changes = {key: item for key, item in raw.items() if key not in ("set", *degrees)}
     if isinstance(changes.get("gravity"), list):
         changes["gravity"] = tuple(changes["gravity"])
+    if isinstance(rows := changes.get("other_pulleys"), list):
+        changes["other_pulleys"] = tuple(tuple(r) if isinstance(r, list) else r for r in rows)
     for key_in_degrees, radians in degrees.items():
         if key_in_degrees in raw:
             angle = positive(f"{name}.{key_in_degrees}", raw[key_in_degrees])

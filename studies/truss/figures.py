@@ -68,7 +68,7 @@ def all_figures(
     yield "fig14_opening", snapshots_figure(deployments[0])
     frictionless = [with_friction(deployment, 0.0) for deployment in deployments]
     yield "fig17_energy_without_friction", energy_figure(frictionless)
-    if deployments[0].truss.pulley_friction > 0:
+    if deployments[0].truss.pulley_friction > 0 or deployments[0].truss.other_pulleys:
         yield "fig18_energy_with_friction", energy_figure(deployments)
     yield "fig19_motor_force", force_figure(deployments, caps)
     yield "fig20_segment_tensions", tension_figure(deployments)
@@ -89,7 +89,7 @@ def with_friction(deployment: Deployment, mu: float) -> Deployment:
     """The same law on the same truss with pulley friction `mu`."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # what the model warns of was said with the study
-        truss = dataclasses.replace(deployment.truss, pulley_friction=mu)
+        truss = dataclasses.replace(deployment.truss, pulley_friction=mu, other_pulleys=())
     return dataclasses.replace(deployment, truss=truss)
 
 

@@ -14,7 +14,14 @@ from studies.truss.carrier import CarryingArm
 
 ASSUMED = ("linear_density", "joint_masses", "counting")  # the paper gives none of them
 # of Coulomb friction and of a test bench, listed if they are stated
-BENCH = ("joint_coulomb", "slider_coulomb", "gravity", "off_load", "off_load_friction")
+BENCH = (
+    "other_pulleys",
+    "joint_coulomb",
+    "slider_coulomb",
+    "gravity",
+    "off_load",
+    "off_load_friction",
+)
 
 
 def parameters_of(configuration: Mapping[str, Any]) -> list[ParameterLine]:
@@ -30,7 +37,7 @@ def parameters_of(configuration: Mapping[str, Any]) -> list[ParameterLine]:
         if name in ASSUMED and sources:
             source = "assumed; the paper gives none"
         if name in BENCH:
-            stated = np.atleast_1d(values[name])
+            stated = np.ravel(values[name])
             if not stated.any():
                 continue  # the paper has none of it
             value = ", ".join(f"{one:g}" for one in stated)

@@ -145,7 +145,7 @@ def _in_words(swing: RopeSwing, truss: TrussParameters, planned: bool) -> tuple[
             f"In that swing the truss opens to {math.degrees(swing.angle.max()):.4g} deg: a stop "
             "at 90 deg is not modelled."
         )
-    if swing.backward > 0.0 and truss.pulley_friction > 0.0:
+    if swing.backward > 0.0 and (truss.pulley_friction > 0.0 or truss.other_pulleys):
         sentences.append(
             f"In that swing the truss moves back for {swing.backward:.3g} s: the friction of the "
             "pulleys, which is modelled for a rope that is hauled in, keeps its sense."

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from models.truss import ring_radius, slider_distance_slope
-from models.truss.wireframe import shape_weights, wireframe, wrap_angles
+from models.truss.wireframe import shape_weights, tension_exponents, wireframe
 from ocp.arrays import Array
 from studies.common.charts import TIME, Chart, ChartAxis, Curve, Level, charts_of_arrays
 from studies.common.result import Result
@@ -181,8 +181,8 @@ def moving_antenna(deployments: Sequence[Deployment]) -> MovingPicture:
         strands=tuple(Strand(kind, pairs) for kind, pairs in frame.lines.items()),
         centre=frame.centre,
         laws=tuple(law_of(deployment) for deployment in deployments),
-        # segment k bears T1 exp(-mu (w_0 + w_1 alpha)), (29)
-        tension=RopeTension(frame.ropes, -truss.pulley_friction * wrap_angles(truss)),
+        # segment k bears T1 exp(w_0 + w_1 alpha), (29)
+        tension=RopeTension(frame.ropes, tension_exponents(truss)),
         slack={"net": truss.net_angle},
         size=2 * float(ring_radius(truss, np.pi / 2)),
     )

@@ -20,6 +20,7 @@ BENCH = {
     "gravity": [-9.81, 0.0, 0.0],
     "off_load": 0.95,
     "off_load_friction": 0.1,
+    "other_pulleys": [[9, 2, 0.2]],
 }
 
 
@@ -31,6 +32,7 @@ def study(**changes: object) -> TrussStudy:
 def test_a_bench_is_stated_and_stated_again() -> None:
     stated = study()
     assert stated.truss.gravity == (-9.81, 0.0, 0.0)
+    assert stated.truss.other_pulleys == ((9, 2, 0.2),)
     assert study_from(as_dictionary(stated)) == stated
 
 
@@ -70,6 +72,8 @@ def test_the_phase_plane_starts_above_coulomb_friction() -> None:
         ({"truss": {"off_load": 1.2}}, "truss.off_load is 1.2; give the share"),
         ({"truss": {"gravity": [1.0, 2.0]}}, "truss.gravity is .* give three finite numbers"),
         ({"truss": {"gravity": 9.81}}, "truss.gravity is 9.81; give three finite numbers"),
+        ({"truss": {"other_pulleys": [[25, 1, 0.3]]}}, "truss.other_pulleys names module 25"),
+        ({"truss": {"other_pulleys": [7, 2, 0.3]}}, "truss.other_pulleys is .*; give rows of"),
         ({"truss": {"joint_coulomb": 1e9}}, "such a joint is a weld"),
         ({"truss": {"gravity": [1.0, 0.0, 0.0]}, "arm": {}}, "fixed bar is held"),
         (

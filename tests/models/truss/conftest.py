@@ -151,8 +151,10 @@ class TrussTwin:
         rates = taylor(lengths, alpha)[1]
         ratios = [1.0]
         enclosed = itertools.cycle([alpha, 2 * alpha, alpha, 0.0])  # phi at nodes 2, 3, 4, 12
-        for phi in itertools.islice(enclosed, 4 * p.modules - 1):
-            ratios.append(ratios[-1] * np.exp(-p.pulley_friction * (np.pi - phi)))
+        others = {4 * (module - 1) + pulley: mu for module, pulley, mu in p.other_pulleys}
+        for k, phi in enumerate(itertools.islice(enclosed, 4 * p.modules - 1), start=1):
+            mu = others.get(k, p.pulley_friction)
+            ratios.append(ratios[-1] * np.exp(-mu * (np.pi - phi)))
         return np.array(ratios), rates, -2 * float(np.array(ratios) @ rates)
 
     def pulley_loss(self, alpha, omega, tension):

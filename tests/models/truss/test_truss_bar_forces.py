@@ -60,6 +60,11 @@ def moving(seed: int) -> tuple[TrussParameters, tuple[float, float, float], int]
         joint_masses=JointMasses(*draw.uniform(0, 1, 4)),
         counting=draw.choice(["once", "as printed"]),
     )
+    if seed % 2:  # some pulleys differ: a seized one, free ones, neighbours, and in the last module
+        n = truss.modules
+        places = {(1, 1), (n, 3), *((int(m), int(k)) for m, k in draw.integers(1, (n, 5), (3, 2)))}
+        others = tuple((m, k, draw.choice([0.0, 0.05, 0.3])) for m, k in sorted(places))
+        truss = dataclasses.replace(truss, other_pulleys=others)
     state = draw.uniform(0.1, 1.56), draw.uniform(0, 2), draw.uniform(-3, 3)
     return truss, state, int(draw.integers(1, truss.modules + 1))
 

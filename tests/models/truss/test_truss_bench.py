@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+from collections.abc import Callable
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -14,21 +16,28 @@ from models.truss import (
     angular_acceleration,
     coulomb_torque,
     evaluate_motion,
+    far_end_ratio,
     gravity_potential,
     gravity_slope,
+    largest_bar_force,
     least_rope_stiffness,
+    mean_tension_ratio,
     node_position,
     potential,
     potential_slope,
+    pulley_loss_by_sum,
     rope_force,
     rope_length,
     rope_leverage,
+    slider_distance,
     static_force,
     static_peak,
     static_torque,
+    tension_ratios,
     total_mass,
 )
 
+Twin = Callable[[TrussParameters], Any]
 SMALL = 1e-5  # [rad], of central differences: they miss by its square
 
 
@@ -158,6 +167,48 @@ def test_a_soft_rope_is_stable_by_the_slope_of_all_that_rests() -> None:
     assert least_rope_stiffness(hung).stiffness == pytest.approx(needed[away].max(), rel=1e-5)
 
 
+SEIZED = ((3, 4, 0.3), (4, 1, 0.0), (9, 2, 0.25), (24, 3, 0.1))
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.01])
+def test_a_seized_pulley_lowers_all_tensions_behind_it(mu: float, twin: Twin) -> None:
+    """Against a rope that is followed pulley by pulley in space."""
+    truss = dataclasses.replace(DYNAMIC_SET, pulley_friction=mu, other_pulleys=SEIZED)
+    plain = dataclasses.replace(truss, other_pulleys=())
+    for alpha in (0.1, 0.8, 1.5):
+        ratios, _, leverage = twin(truss).rope(alpha)
+        assert float(rope_leverage(truss, alpha)) == pytest.approx(leverage, rel=1e-12)
+        assert np.array(tension_ratios(truss, alpha)).ravel() == pytest.approx(ratios, rel=1e-12)
+        assert float(far_end_ratio(truss, alpha)) == pytest.approx(ratios[-1], rel=1e-12)
+        lengths = np.tile([0, truss.half_cross_bar, truss.half_cross_bar, 0], truss.modules)
+        lengths[::4] = lengths[3::4] = float(slider_distance(truss, alpha))
+        mean = ratios @ lengths / lengths.sum()
+        assert float(mean_tension_ratio(truss, alpha)) == pytest.approx(mean, rel=1e-12)
+        assert float(rope_leverage(truss, alpha)) < float(rope_leverage(plain, alpha))
+        lost = twin(truss).pulley_loss(alpha, 0.2, 30.0)
+        assert pulley_loss_by_sum(truss, alpha, 0.2, 30.0) == pytest.approx(lost, rel=1e-11)
+
+
+def test_pulleys_that_are_as_all_others_change_nothing() -> None:
+    truss = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01)
+    alike = dataclasses.replace(truss, other_pulleys=((1, 1, 0.01), (7, 2, 0.01), (8, 4, 0.01)))
+    state = (1.2, 0.1, 0.05)
+    for force in (rope_force, lambda *motion: largest_bar_force(*motion, 40.0)):
+        assert float(force(alike, *state)) == pytest.approx(float(force(truss, *state)), rel=1e-12)
+
+
+def test_expressions_grow_with_the_list_of_pulleys_and_not_with_the_ring() -> None:
+    def size(modules: int) -> int:
+        truss = dataclasses.replace(
+            DYNAMIC_SET, modules=modules, pulley_friction=0.01, other_pulleys=((3, 2, 0.3),)
+        )
+        alpha = ca.SX.sym("alpha")
+        f = ca.Function("f", [alpha], [rope_leverage(truss, alpha), far_end_ratio(truss, alpha)])
+        return f.n_instructions()
+
+    assert size(240) == size(12)
+
+
 def test_energy_of_the_weight_is_part_of_the_potential() -> None:
     hung = dataclasses.replace(DYNAMIC_SET, gravity=(3.0, 0.0, 0.0))
     for alpha in (0.1, 1.0, 1.5):
@@ -173,6 +224,12 @@ def test_energy_of_the_weight_is_part_of_the_potential() -> None:
         ({"gravity": (1.0, 2.0)}, "give three finite numbers"),
         ({"gravity": (1.0, 2.0, math.nan)}, "give three finite numbers"),
         ({"joint_coulomb": -1.0}, "joint_coulomb is -1.0"),
+        ({"other_pulleys": ((25, 1, 0.3),)}, "module 25, but the ring has the modules 1 to 24"),
+        ({"other_pulleys": ((3, 5, 0.3),)}, "pulley 5 of module 3, which has the pulleys 1 to 4"),
+        ({"other_pulleys": ((24, 4, 0.3),)}, "pulley 4 of module 24, which has the pulleys 1 to 3"),
+        ({"other_pulleys": ((3, 1, 0.3), (3, 1, 0.1))}, "pulley 1 of module 3 twice"),
+        ({"other_pulleys": ((3, 1, -0.3),)}, "mu of pulley 1 of module 3 is -0.3"),
+        ({"other_pulleys": ((3, 1),)}, "give rows of module, pulley and mu"),
     ],
 )
 def test_what_no_bench_has_is_refused(changes: dict[str, object], said: str) -> None:

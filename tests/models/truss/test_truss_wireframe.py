@@ -1,11 +1,13 @@
 """The antenna as points and lines, held against the kinematics and the rope of the model."""
 
+import dataclasses
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from models.truss import DYNAMIC_SET, ring_positions, rope_length, tension_ratios
-from models.truss.wireframe import shape_weights, wireframe, wrap_angles
+from models.truss.wireframe import shape_weights, tension_exponents, wireframe
 
 ANGLES = np.linspace(DYNAMIC_SET.stowed_angle, np.pi / 2, 10)
 FRAME = wireframe(DYNAMIC_SET)
@@ -31,17 +33,17 @@ def test_the_paths_of_both_ropes_are_as_long_as_the_rope(angle):
         assert segments.sum() == pytest.approx(length, abs=ROUNDING)
 
 
-def test_wrap_angles_give_the_tensions_along_the_rope():
-    truss = wireframe_parameters(mu=0.01)
-    wraps = wrap_angles(truss)
+def test_exponents_give_the_tensions_along_the_rope():
+    truss = dataclasses.replace(
+        wireframe_parameters(mu=0.01), other_pulleys=((1, 4, 0.2), (24, 3, 0.0), (7, 2, 0.3))
+    )
+    exponents = tension_exponents(truss)
     for angle in ANGLES:
         ratios = ca.DM(tension_ratios(truss, float(angle))).full().ravel()  # (29)
-        assert np.exp(-0.01 * wraps @ [1.0, angle]) == pytest.approx(ratios, rel=1e-14)
+        assert np.exp(exponents @ [1.0, angle]) == pytest.approx(ratios, rel=1e-14)
 
 
 def wireframe_parameters(mu):
-    import dataclasses
-
     return dataclasses.replace(DYNAMIC_SET, pulley_friction=mu)
 
 

@@ -27,7 +27,12 @@ from studies.truss.study import run
 
 TRUSS = TrussParameters(pulley_friction=0.01)
 HUNG = dataclasses.replace(
-    TRUSS, joint_coulomb=0.02, slider_coulomb=0.5, gravity=(-9.81, 0.0, 0.0), off_load=0.9
+    TRUSS,
+    other_pulleys=((9, 2, 0.2),),
+    joint_coulomb=0.02,
+    slider_coulomb=0.5,
+    gravity=(-9.81, 0.0, 0.0),
+    off_load=0.9,
 )
 OPEN = math.pi / 2
 PLAIN = MarginRequirements()
