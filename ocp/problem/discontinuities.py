@@ -136,7 +136,7 @@ def discontinuities(
     jumps = np.nan_to_num(np.abs(on_sides[1] - on_sides[0]) / sizes, nan=0.0, posinf=0.0)
 
     listed = []
-    for number in np.unique(numbers):
+    for number in sorted({*numbers.tolist()}):  # `np.unique` would load masked arrays
         largest = jumps[numbers == number].max(axis=0)
         column = int(largest.argmax())
         size, cause = float(largest[column]), stepwise.results[number]
