@@ -31,7 +31,13 @@ from studies.arm.replay.full_model import (
     steps_for,
 )
 from studies.arm.replay.loads import loads
-from studies.arm.report.quantities import latched, quantities_of, table_rows
+from studies.arm.report.quantities import (
+    caps_by_quantity,
+    latched,
+    quantities_of,
+    table_rows,
+    wheel_checks,
+)
 from studies.arm.report.traces import Trace
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.check.judgement import PROFILE, judged
@@ -244,8 +250,7 @@ def _table(study: ArmStudy, motions: Sequence[LockedMotion]) -> tuple[TableRow, 
     for replayed in motions:
         bears = loads(replayed)  # fine enough to be compared with
         laws[replayed.motion.name] = quantities_of(replayed, bears, study.arm, study.pointing_error)
-    caps = {f"peak_{JOINT_NAMES[k]}_torque": study.caps.torque[k] for k in study.slew.moving}
-    return table_rows(laws, caps)
+    return table_rows(laws, caps_by_quantity(study))
 
 
 def _columns(
@@ -376,6 +381,7 @@ def _criteria(
         *_latches(study, replayed),
         *([Criterion(name, "J", left, allowed, left <= allowed)] if still else []),
         *(_torque_cap(k, cap, replayed, driving) for k, cap in caps.items() if cap is not None),
+        *wheel_checks(study, loads(replayed)),
     )
 
 

@@ -373,17 +373,23 @@ def criteria(study: ArmStudy, refined: Refined, history: Loads) -> tuple[Criteri
             if cap is not None:
                 name = f"{JOINT_NAMES[k]} {what} within its cap between the points"
                 checks.append(_verified(name, unit, value, cap, value <= cap * (1 + CAP_EXCESS)))
-    for what, unit, values, cap in (
+    return (*checks, *wheel_checks(study, history))
+
+
+def wheel_checks(study: ArmStudy, history: Loads) -> list[Criterion]:
+    """Whether a held satellite takes no more than the caps of its wheels."""
+    taken = (
         ("moment", "N m", history.moment[: history.until], study.wheel_torque),
         ("momentum", "N m s", history.angular_momentum, study.wheel_momentum),
-    ):
+    )
+    checks = []
+    for what, unit, values, cap in taken:
         if cap is not None:
             value, name = float(np.abs(values).max()), f"{what} that the satellite takes"
             kept = value <= cap * (1 + CAP_EXCESS)
-            checks.append(
-                _verified(f"{name} within its cap on the full model", unit, value, cap, kept)
-            )
-    return tuple(checks)
+            name = f"{name} within its cap on the full model"
+            checks.append(_verified(name, unit, value, cap, kept))
+    return checks
 
 
 def _agreement(refined: Refined) -> Criterion:

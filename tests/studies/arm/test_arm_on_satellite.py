@@ -2,14 +2,21 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from ocp import Problem, solve
 from studies.arm.config import ArmStudy
+from studies.arm.optimal.motion import OptimalMotion
+from studies.arm.optimal.objectives import StatedStage
+from studies.arm.optimal.phase import arm_phase
 from studies.arm.optimal.solve import check_caps, solve_stage
+from studies.arm.optimal.solver import settings, stage_mesh
 from studies.arm.replay.full_model import CLOSE, replay
 from studies.arm.replay.loads import loads
+from studies.arm.report.quantities import wheel_checks
 from studies.arm.stage import ELBOW, TorqueCaps, big_arm, small_arm
 from studies.common.exit_codes import StudyError
 
@@ -38,6 +45,33 @@ def test_a_small_arm_that_is_planned_with_the_satellite_arrives_and_rests():
     assert math.degrees(planned.miss) < 1e-3
     # the joint's inertia is less where the satellite gives way
     assert free.peak_torque[ELBOW] / held.peak_torque[ELBOW] == pytest.approx(0.911, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("duration", "left"), [(11.2, 0.3931), pytest.param(8.0, 0.785, marks=pytest.mark.slow)]
+)
+def test_least_integral_of_the_torque_rate_squared(duration, left):
+    """The plan for a held satellite leaves within 5 % of what was derived elsewhere.
+
+    That was 0.4045 and 0.81 J. At 8 s it also was 10 % less torque. At 11.2 s it was 15.4 % more,
+    which is no rigid arm's: its torque is the same share of the held one's in any time.
+    """
+    plans = []
+    for stage in (small_arm(duration), on_satellite(small_arm(duration))):
+        arm = arm_phase(stage, TorqueCaps())
+        rate = arm.drives.rate[ELBOW] * (duration / float(stage.torque_units[ELBOW]))
+        least = arm.phase.integral(rate**2, "torque rate", "s") / duration
+        stated = Problem("small arm", [arm.phase], minimise=least, bounds=arm.bounds)
+        mesh = stage_mesh("smoothest", 200)
+        solution = solve(stated, settings=settings("adaptive"), mesh=mesh)
+        plans.append(OptimalMotion("plan", StatedStage(stated, arm, stage, "smoothest"), solution))
+    held, free = plans
+    unplanned = replay_of(dataclasses.replace(held.motion("torque"), stage=free.stage))
+    assert unplanned.residual_energy == pytest.approx(left, rel=2e-3)
+    planned = replay_of(free.motion("torque"))
+    assert planned.residual_energy < 4e-5
+    assert math.degrees(planned.miss) < 0.0128
+    assert free.peak_torque[ELBOW] / held.peak_torque[ELBOW] == pytest.approx(0.9, abs=0.01)
 
 
 def test_a_big_arm_that_is_planned_with_the_satellite_turns_its_joint_by_90_deg():
@@ -70,6 +104,16 @@ def test_the_wheels_caps_hold_on_the_full_model(stage, caps):
     ):
         if cap is not None:
             assert np.abs(values).max() == pytest.approx(cap, rel=1e-3)  # it acts, and is kept
+
+
+def test_a_cap_of_the_wheels_that_is_broken_is_said():
+    history = SimpleNamespace(
+        moment=np.array([0.0, 2.0, 9.0]), until=2, angular_momentum=np.array([0.0, -7.0])
+    )
+    moment, momentum = wheel_checks(ArmStudy(wheel_torque=3.0, wheel_momentum=6.0), history)
+    assert (moment.value, moment.passed) == (2.0, True)
+    assert (momentum.value, momentum.passed) == (7.0, False)
+    assert not wheel_checks(ArmStudy(), history)
 
 
 @pytest.mark.parametrize(
