@@ -229,7 +229,7 @@ def compare_baselines(
     stopped = len(pairs) < len(baseline_names(study.drive))
 
     def result(whole: bool) -> Result:
-        profiles = _profiles(pairs, console.live) if follow and whole else {}
+        profiles = _profiles(pairs, console.live, kept) if follow and whole else {}
         arrays = _arrays(pairs, profiles) if follow and whole else {}
         return _result(study, pairs, profiles, arrays)
 
@@ -363,7 +363,9 @@ def _verdict(pairs: Sequence[Pair], laws: int) -> Verdict:
     return Verdict("local", f"local: {every} optimum is as still as asked, beside its law")
 
 
-def _profiles(pairs: Sequence[Pair], live: Say) -> dict[str, SampledProfile]:
+def _profiles(
+    pairs: Sequence[Pair], live: Say, kept: FinishedSteps = NOTHING_KEPT
+) -> dict[str, SampledProfile]:
     """The sampled optima by the laws that they stand beside, that of the tightest cap first."""
     sampled: dict[int, SampledProfile] = {}
     profiles = {}
@@ -374,7 +376,8 @@ def _profiles(pairs: Sequence[Pair], live: Say) -> dict[str, SampledProfile]:
         key = id(pair.refined)
         if key not in sampled:
             live(f"the optimum {_beside(pair)}, sampled")
-            sampled[key] = sampled_to(pair.optimum, pair.refined.residual)
+            steps = kept.within(_beside(pair))
+            sampled[key] = sampled_to(pair.optimum, pair.refined.residual, kept=steps)
         profiles[_beside(pair)] = sampled[key]
     return profiles
 

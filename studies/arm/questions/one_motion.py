@@ -120,7 +120,8 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedSteps) -> Resu
     history = loads(replayed)
 
     # the optimum's own column of the table, then those of the laws beside it
-    profile = sampled_to(replayed, study.residual_energy, study.sample_time, study.elements)
+    asked = study.residual_energy, study.sample_time, study.elements
+    profile = sampled_to(replayed, *asked, kept)
     columns = {OPTIMUM: _column_of_optimum(study, refined, history, profile)}
     beside = [_baseline(stage, name, study.drive, console) for name in LAWS]
     for baseline in beside:

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from models.ancf.analysis import LockedRun
 from models.ancf.joints import Driven, Joint, Torque
 from ocp.arrays import Array
 from studies.arm.replay.full_model import (
@@ -24,6 +25,7 @@ from studies.arm.replay.full_model import (
     replay,
     rough_steps_for,
 )
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 
 STEPS = (0.02, 0.005, 0.001)  # [s] sample times tried, the longest first
 _ASKED = 0.9  # of the residual that a rough replay may leave, which is right to some per cent
@@ -67,19 +69,40 @@ class SampledProfile:
 
 
 def sampled_to(
-    replayed: LockedMotion, residual: float, step: float | None = None, elements: int = ELEMENTS
+    replayed: LockedMotion,
+    residual: float,
+    step: float | None = None,
+    elements: int = ELEMENTS,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> SampledProfile:
     """The profile at a sample time [s], or at the longest of `STEPS` that keeps a residual [J].
 
-    Where none keeps it, at the shortest.
+    Where none keeps it, at the shortest. Its replay is a step of a study.
     """
-    motion, rough = replayed.motion, rough_steps_for(residual, replayed.motion.drive)
+    motion = replayed.motion
+    tried, run = kept.step(
+        f"{motion.name}, sampled", lambda: _replayed(motion, residual, step, elements)
+    )
+    times, values, follows = _samples(motion, tried)
+    return SampledProfile(replayed, times, values, LockedMotion(follows, run))
+
+
+def _samples(motion: Motion, step: float) -> tuple[Array, dict[int, Array], Motion]:
+    """Times of samples, what each joint is given at them, and the motion that follows them."""
+    times = sample_times(motion.stage.duration, step)
+    values = {k: sampled(joint, times) for k, joint in motion.joints.items()}
+    joints = {k: interpolated(motion.drive, times, x) for k, x in values.items()}
+    name = f"{motion.name}, sampled every {times[1]:.4g} s"
+    return times, values, Motion(name, motion.drive, motion.stage, joints)
+
+
+def _replayed(
+    motion: Motion, residual: float, step: float | None, elements: int
+) -> tuple[float, LockedRun]:
+    """The sample time of `sampled_to` [s], and what the samples do."""
+    rough = rough_steps_for(residual, motion.drive)
     for tried in STEPS if step is None else (step,):
-        times = sample_times(motion.stage.duration, tried)
-        values = {k: sampled(joint, times) for k, joint in motion.joints.items()}
-        joints = {k: interpolated(motion.drive, times, x) for k, x in values.items()}
-        name = f"{motion.name}, sampled every {times[1]:.4g} s"
-        follows = Motion(name, motion.drive, motion.stage, joints)
+        _, _, follows = _samples(motion, tried)
 
         # what is stated of an export is finer than what chooses its steps, or as fine
         last = tried == STEPS[-1] or step is not None
@@ -90,7 +113,7 @@ def sampled_to(
             again = replay(follows, elements=elements, settings=SMOOTH)
         if again.residual_energy <= residual:
             break
-    return SampledProfile(replayed, times, values, again)
+    return tried, again.fixed
 
 
 def sample_times(duration: float, step: float) -> Array:

@@ -244,9 +244,10 @@ def test_the_nominal_arm_of_a_map_is_the_one_that_its_samples_are_held_against(m
 
     def replay_(motion, settings=None):
         replayed.append(motion.stage.arm)
-        return SimpleNamespace(residual_energy=9.0 if settings is None else 4.0)
+        left = 9.0 if settings is None else 4.0
+        return SimpleNamespace(residual_energy=left, fixed=SimpleNamespace(residual_energy=left))
 
-    def sampled_(exact, residual):
+    def sampled_(exact, residual, kept):
         assert residual > exact.residual_energy
         return SampledProfile(exact, None, None, None)
 

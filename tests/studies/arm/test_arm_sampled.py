@@ -39,7 +39,7 @@ def test_samples_are_replayed_finely_only_where_they_were_not_yet(residual, repl
 
     def replay_(motion, elements, settings):
         asked.append(settings)
-        return SimpleNamespace(residual_energy=0.5 * residual)
+        return SimpleNamespace(residual_energy=0.5 * residual, fixed=None)
 
     monkeypatch.setattr("studies.arm.replay.sampled.replay", replay_)
     law = Torque(lambda t: np.sin(np.asarray(t)))

@@ -19,7 +19,7 @@ from ocp.arrays import Array
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import FLOOR
 from studies.arm.questions.robust.spread import Spread
-from studies.arm.replay.full_model import Motion, replay
+from studies.arm.replay.full_model import LockedMotion, Motion, replay
 from studies.arm.replay.reduced_model import NOMINAL, Factors, residuals, varied
 from studies.arm.replay.sampled import SampledProfile, sampled_to
 from studies.common.console import Console
@@ -109,7 +109,7 @@ def parts_of(
             steps.part(f"arms on B21 {number}", _on_reduced_model, given, group)
             for number, group in enumerate(arms.reduced, start=1)
         ),
-        Part(_sampled, (given,)),
+        Part(_sampled, (given, steps)),
         *(
             steps.part(f"arms on the full model {number}", _on_full_model, given, row)
             for number, row in enumerate(arms.full, start=1)
@@ -160,11 +160,11 @@ def _is_nominal(factors: Factors) -> bool:
     return bool(np.allclose(factors, NOMINAL, rtol=0.0, atol=1e-12))
 
 
-def _sampled(given: Motion, console: Console) -> SampledProfile:
+def _sampled(given: Motion, kept: FinishedSteps, console: Console) -> SampledProfile:
     """Its profile, which leaves the nominal arm with hardly more than the motion itself."""
     console.live(f"{given.name}: sampled")
-    exact = replay(given)
-    return sampled_to(exact, allowed(exact.residual_energy))
+    exact = LockedMotion(given, kept.step("nominal arm", lambda: replay(given).fixed))
+    return sampled_to(exact, allowed(exact.residual_energy), kept=kept)
 
 
 def allowed(residual: float) -> float:
