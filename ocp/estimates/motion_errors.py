@@ -81,24 +81,16 @@ class DenseSamples:
         seconds = (np.diff(motion.breakpoints)[intervals] * width)[:, None] * rule.weights
         return cls(motion, starts, intervals, tau, seconds)
 
-    @cached_property
+    @property
     def places(self) -> tuple[Integers, Array]:
         """Intervals and local times of all samples, (P q,) each."""
         return np.repeat(self.intervals, self.tau.shape[1]), self.tau.ravel()
-
-    @cached_property
-    def signals(self) -> Array:
-        """All signals there, (P q, n)."""
-        return self.motion.local(*self.places)
 
     def values(
         self, evaluator: Evaluator, trajectory: Trajectory, expressions: Sequence[ca.SX]
     ) -> Array:
         """Expressions at the samples, (n, P, q)."""
-        if not expressions:
-            return np.empty((0, *self.tau.shape))
-        name, times = self.motion.name, evaluator.times(self.motion, *self.places)
-        found = evaluator.of_signals(trajectory, name, expressions, self.signals, times)
+        found = evaluator.values(trajectory, self.motion.name, expressions, *self.places)
         return found.T.reshape(len(expressions), *self.tau.shape)
 
     def integrals(self, values: Array) -> Array:

@@ -92,7 +92,7 @@ class KernelBuilder:
         w = ca.SX.sym("w", len(sizes))
         self._variables.append(w)
         self._columns.append(ids)
-        return w * ca.DM(np.asarray(sizes, dtype=float)) if len(sizes) else w
+        return w * ca.SX(list(sizes)) if len(sizes) else w
 
     def data(self, values: Array) -> ca.SX:
         """Symbols for numbers that differ from instance to instance, (instances, m)."""
