@@ -27,7 +27,8 @@ class Accuracy:
     Parameters
     ----------
     dynamics : float
-        Integrated residual of the dynamics in an interval, by the size of the states.
+        How far the integrated residual of the dynamics goes in an interval, by the size of the
+        states.
     path : float
         Excess of peaks, path constraints and bounds between the points, by their sizes.
     objective : float

@@ -98,6 +98,25 @@ class DenseSamples:
         of_panels = (values * self.seconds).sum(axis=2)
         return np.asarray(np.add.reduceat(of_panels, self.starts, axis=1))
 
+    def farthest(self, values: Array) -> Array:
+        """The largest integral of values (n, P, q) from the start of each interval on, (n, N).
+
+        That is over all samples and ends of panels; infinite where a value is.
+        """
+        rule = Gauss().at(self.tau.shape[1])
+        finite = np.isfinite(values)
+        values = np.where(finite, values, 0.0)
+
+        # from the start of the phase to that of each panel, then from that of its interval
+        of_panels = (values * self.seconds).sum(axis=2)
+        before = np.cumsum(of_panels, axis=1) - of_panels
+        before -= before[:, self.starts][:, self.intervals]
+        inside = (values * (self.seconds / rule.weights)) @ np.linalg.inv(rule.derivative[:, 1:]).T
+        at_samples = np.abs(before[:, :, None] + inside).max(axis=2)
+        farthest = np.maximum(at_samples, np.abs(before + of_panels))
+        farthest = np.where(finite.all(axis=2), farthest, np.inf)
+        return np.asarray(np.maximum.reduceat(farthest, self.starts, axis=1))
+
     def largest(self, values: Array) -> tuple[Array, Array]:
         """The largest of values (P, q) in each interval, and its local time, (N,) each."""
         finite = np.where(np.isfinite(values), values, -np.inf)
@@ -291,10 +310,12 @@ class MotionErrors:
         return worst
 
     def _dynamics_error(self, index: int) -> Array:
-        """Integrated residual of the dynamics relative to the sizes of the states, (N,).
+        """How far the integrated residual of the dynamics goes, by the sizes of the states, (N,).
 
-        The residual ``|x' - f|`` of the collocation polynomial is integrated by Gauss quadrature
-        (Betts, "Practical Methods for Optimal Control", sec. 4.7).
+        The residual ``x' - f`` of the collocation polynomial (Betts, "Practical Methods for Optimal
+        Control", sec. 4.7) is integrated from the start of the interval on. To first order that is
+        what the dynamics differ by from there (Enright, J. Comput. Appl. Math. 125, 2000). The
+        residual swings about zero, so that its size tells several times as much.
         """
         samples = self._samples[index]
         rates = list(self.transcription.problem.phases[index].dynamics.values())
@@ -302,8 +323,8 @@ class MotionErrors:
         sizes = np.array([self.transcription.scales.signals[name] for name in states])
         stated = samples.values(self.evaluator, self.trajectory, rates)
         own = samples.motion.rates(*samples.places).T.reshape(stated.shape)
-        error = samples.integrals(np.abs(own - stated) / sizes[:, None, None])
-        return _finite_or_infinite(error.max(axis=0))
+        error = samples.farthest((own - stated) / sizes[:, None, None])
+        return np.asarray(error.max(axis=0))
 
     def _quadrature_error(self, index: int) -> Array:
         """Error of the scheme's quadrature relative to the sizes of the integrals, (N,).

@@ -1,5 +1,6 @@
 """The replay against closed forms and other integrators, how errors grow, what must not pass."""
 
+import itertools
 from dataclasses import replace
 
 import casadi as ca
@@ -38,7 +39,7 @@ from ocp.verification.simulation import (
     simulate,
     transitions,
 )
-from tests.ocp.problems import certified, least_effort
+from tests.ocp.problems import certified, cubic_oscillator, least_effort
 
 
 @pytest.mark.parametrize("weight", [1e-4, 1e-6])
@@ -445,3 +446,24 @@ def test_an_unstable_motion_is_held_to_its_nodes_and_says_so():
     assert check.miss <= 1e-3 < 0.05 < check.one_run
     assert f"in one run it misses the end by {check.one_run:.1e} (errors grow 15" in found.verdict
     assert found.objective == pytest.approx(solve(problem).objective, rel=found.accuracy)
+
+
+@pytest.mark.parametrize("intervals", [3, 5])
+def test_the_error_of_the_dynamics_is_what_they_depart_by_within_an_interval(intervals):
+    swing = cubic_oscillator(2.5, effort=True)
+    found = solve(swing, settings=Settings(intervals=intervals, refinement=FixedMesh()))
+    (x, v), (u,) = swing.phases[0].states, swing.controls["swing"]
+    sizes = np.array([[found.kept_iterate.scales.signals[s.name]] for s in (x, v)])
+
+    def rates(time, y):
+        return [y[1], found.sample(u, [time])[0] - y[0] ** 3]
+
+    farthest = 0.0
+    for ends in itertools.pairwise(found.trajectory.phases[0].breakpoints):
+        # a hair inside, where a sample belongs to this interval
+        times = np.linspace(*ends, 40) + np.linspace(1e-12, -1e-12, 40)
+        own = np.array([found.sample(s, times) for s in (x, v)])
+        exact = solve_ivp(rates, times[[0, -1]], own[:, 0], t_eval=times, rtol=1e-11, atol=1e-12).y
+        farthest = max(farthest, np.abs((exact - own) / sizes).max())
+    # to first order, and intervals of a second are long
+    assert found.verification.dynamics == pytest.approx(farthest, rel=0.1)
