@@ -133,6 +133,9 @@ _FINER, _SAFETY = 1.2, 3.0
 # Part of an objective that the solver may leave open
 _SOLVED_TO = 1e-6
 
+# Part of earlier changes that an objective which has settled may still change by
+_NEXT_TO_NOTHING = 1e-3
+
 # Error of the dynamics, or excess of a limit, from which on the motion of a mesh is none: it leaps
 # over a limit between two points, say
 _LEAPS = 1e-3
@@ -325,7 +328,8 @@ def unpromised_changes(solved: Sequence[SolvedMesh]) -> float:
     """Changes of the objective that were more than promised, relative, all together.
 
     Where an objective wanders from mesh to mesh, as among many local optima, one small change tells
-    nothing. It has settled where two changes in a row were as little as promised.
+    nothing. It has settled where two changes in a row were as little as promised, or one is next to
+    nothing beside those before.
     """
     total, kept = 0.0, 0
     for before, after in itertools.pairwise(s for s in solved if not s.leaps):
@@ -333,7 +337,8 @@ def unpromised_changes(solved: Sequence[SolvedMesh]) -> float:
         change /= after.iterate.objective_size
         broken = change > before.promised_change
         kept = 0 if broken else kept + 1
-        total = 0.0 if kept == _TWICE else total + broken * change
+        settled = kept == _TWICE or (kept and change <= _NEXT_TO_NOTHING * total)
+        total = 0.0 if settled else total + broken * change
     return total
 
 
