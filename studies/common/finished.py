@@ -176,7 +176,7 @@ class FinishedSteps:
 
     def _file(self, name: str) -> Path:
         assert self.place is not None
-        return self.place / f"{name}{ENDING}"
+        return self.place / f"{name.replace('/', '_')}{ENDING}"
 
 
 def _taken(

@@ -23,6 +23,7 @@ STUDY = Study(
     check="studies.flex.study:check",
     run="studies.flex.study:run",
     folder="flex-{file}",
+    resumes=True,
     figures="studies.flex.figures:draw",
     mechanism=Mechanism(
         title="Flexible links",

@@ -12,13 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
+from models.ancf.joints import Free, Locked
 from ocp.arrays import Array
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, at_work
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.flex.build import FlexChain, build, variants
-from studies.flex.config import FlexStudy, as_dictionary
+from studies.flex.config import FlexStudy, Form, as_dictionary
 from studies.flex.drives import with_tables
 from studies.flex.measures import bending, pose_frequencies, vibration
 from studies.flex.motion import ChainMotion, move
@@ -47,7 +49,9 @@ class Moved:
     motion: ChainMotion
 
 
-def run(study: FlexStudy, console: Console | None = None) -> Result:
+def run(
+    study: FlexStudy, console: Console | None = None, *, kept: FinishedSteps = NOTHING_KEPT
+) -> Result:
     """Move a chain of flexible links.
 
     Parameters
@@ -55,6 +59,8 @@ def run(study: FlexStudy, console: Console | None = None) -> Result:
     study : FlexStudy
     console : Console, optional
         Where lines of progress go: standard error by default. `silent()` shows none.
+    kept : FinishedSteps, optional
+        Where motions go to, and where those of an earlier run are read.
 
     Returns
     -------
@@ -68,22 +74,40 @@ def run(study: FlexStudy, console: Console | None = None) -> Result:
         If the case contradicts itself, or a step of the integrator fails.
     """
     with at_work(console) as told:
-        return _answer(study, told)
+        return _answer(study, told, kept)
 
 
-def _answer(study: FlexStudy, console: Console) -> Result:
+def _answer(study: FlexStudy, console: Console, kept: FinishedSteps) -> Result:
     study = with_tables(study, Path())
     with _progress_to(console):
         flex = build(study)
-        moved = [Moved(form, flex, move(flex, form, console)) for form in study.forms]
-        coarse = _coarse(study, console)
+        moved = [Moved(form, flex, _moved(form, flex, form, console, kept)) for form in study.forms]
+        coarse = _coarse(study, console, kept)
         swept = []
         for quantity, factor, case in variants(study):
             name = f"{quantity} x {factor:g}"
             console.progress(name)
             changed = build(case)
-            swept.append(Moved(name, changed, move(changed, moved[0].motion.form, console)))
+            step = f"{quantity} x {factor!r}"  # all digits, as two may look alike
+            motion = _moved(step, changed, study.forms[0], console, kept)
+            swept.append(Moved(name, changed, motion))
     return result_of(study, moved, swept, coarse)
+
+
+def _moved(
+    name: str, flex: FlexChain, form: Form, console: Console, kept: FinishedSteps
+) -> ChainMotion:
+    """The motion of a case, a step of the study; no file holds what is done at its joints."""
+
+    def take() -> ChainMotion:
+        motion = move(flex, form, console)
+        locks = (joint if isinstance(joint, Locked) else Free() for joint in motion.joints)
+        return dataclasses.replace(motion, joints=tuple(locks))
+
+    found = kept.step(name, take, say=console.progress)
+    pairs = zip(found.joints, flex.joints, strict=True)
+    joints = tuple(last if isinstance(last, Locked) else first for last, first in pairs)
+    return dataclasses.replace(found, joints=joints)
 
 
 def check(study: FlexStudy, console: Console | None = None) -> None:
@@ -115,13 +139,14 @@ def _progress_to(console: Console) -> Iterator[None]:
         logger.propagate = passed_on
 
 
-def _coarse(study: FlexStudy, console: Console) -> ChainMotion | None:
+def _coarse(study: FlexStudy, console: Console, kept: FinishedSteps) -> ChainMotion | None:
     """The motion with half the elements, where it is asked for."""
     if not study.mesh_check or study.elements < 2:
         return None
     half = dataclasses.replace(study, elements=study.elements // 2)
-    console.progress(f"with {half.elements} elements a link")
-    return move(build(half), study.forms[0], console)
+    name = f"with {half.elements} elements a link"
+    console.progress(name)
+    return _moved(name, build(half), study.forms[0], console, kept)
 
 
 def result_of(

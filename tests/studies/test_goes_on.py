@@ -38,6 +38,7 @@ STOPPED = {
         signal.SIGKILL,
         3,
     ),
+    "flex": ("--preset big-arm", "speed x 4", signal.SIGKILL, 2),
     "turn": ("", "a second solve, ", signal.SIGKILL, 1),
     "paper": ("", "small arm", signal.SIGINT, 5),
     "arm baselines": ("--stage small", "200 intervals", signal.SIGKILL, 7),

@@ -63,6 +63,7 @@ WORDS: Mapping[str, Sequence[str]] = {
     "arm least-duration": ("--stage", "small"),
     "arm sequence": (),
     "pareto arm": ("--range", "8.6..8.7"),
+    "flex": ("--preset", "big-arm"),
     "robust arm": ("--stage", "big", "--drive", "angle", "--points", "4", "--draws", "0"),
 }
 
