@@ -38,6 +38,7 @@ from studies.common.sizes import TIME
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
 _DRIVE_MEANING = "what is given to the joints until the lock: torque or angle"
+HEAVIEST = 200.0  # inertia of a satellite over that of the straight arm, up to which it may turn
 PAPER_TOTAL, OUR_DWELL = 198.0, 10.0  # [s], the paper's 86 and 112 s; the dwell is ours
 
 _Study = TypeVar("_Study")
@@ -172,6 +173,15 @@ class ArmStudy(StageStudy):
         H = self.satellite_inertia
         if H is None:
             return
+        # On the full model it also loads the length of the root's slope, as no satellite does: a
+        # thousand times the arm's inertia leave 2.5e-6 J there, as much as this 4e-9 J.
+        most = HEAVIEST * self.arm.parameters.root_inertia(0.0)
+        if most < H:
+            raise StudyError(
+                f"satellite_inertia is {H:g} kg m^2, more than {most:.3g} kg m^2, "
+                f"{HEAVIEST:g} times the straight arm's, which hardly turn; leave it out for a "
+                "satellite that is held"
+            )
         if len(self.slew.moving) > 1:
             raise StudyError(
                 f"satellite_inertia is {H:g} kg m^2, but the stage '{self.stage}' turns both "

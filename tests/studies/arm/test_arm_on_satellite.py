@@ -123,6 +123,7 @@ def test_a_cap_of_the_wheels_that_is_broken_is_said():
         ({"wheel_momentum": 5.0}, "wheel_momentum is 5, but the satellite of 2000 kg m.2 is free"),
         ({"stage": "both"}, "the stage 'both' turns both joints.*give big or small"),
         ({"drive": "angle"}, "root on a given angle.*give drive = torque"),
+        ({"satellite_inertia": 1e6}, "1e.06 kg m.2, more than 1.5.e.05 .* leave it out"),
         ({"satellite_inertia": 0.0}, "satellite_inertia is 0.0; give a finite positive"),
     ],
 )
