@@ -253,8 +253,8 @@ PROBLEMS = {
     "rigid body": _of_show("rigid_body_turn", 3.2430834),
     "launch": _of_show("launch", 1.1454209567),
     "free-flying robot": _of_show("free_flying_robot", 7.9101439),
-    "distillation": _of_show("distillation", 6.49779),
+    "distillation": _of_show("distillation", 6.497789),
     "heated rod": _of_show("heated_rod", 0.421439097),
-    "quadrotor": _of_show("quadrotor_gates", 4.06383),
+    "quadrotor": _of_show("quadrotor_gates", 4.0638229),
     "five-link arm": _of_show("five_link_arm", 0.017335735),
 }
