@@ -26,7 +26,7 @@ N presses the corners outward against net and inertia. The ring's centre moves, 
 fixed, and the fixed bar's reaction drives it. Its part that is the same at all corners works
 against the opening, and is included: without it the forces would miss (38). What is left of it
 moves the ring as a whole and bends it; that is left out. Weight and friction of a test bench enter
-in the same way, by their parts of the hoop force.
+in the same way, by their parts of the hoop force. A measured load acts as a torque at the bar ends.
 
 Symbols: T1 [N] motor force on one rope; alpha [rad], omega [rad/s], acc [rad/s^2].
 """

@@ -5,7 +5,8 @@ omega [rad/s], acc [rad/s^2].
 
     J acc + J' omega^2 / 2 + D omega + C + U' = T1 f
 
-C [N m] is Coulomb friction, at rest, too: U' + C is what the ropes have to overcome to start.
+C [N m] is Coulomb friction and a measured load, at rest, too: U' + C is what the ropes have to
+overcome to start.
 A rotor behind gear and drum acts as a mass m [kg] on each rope. With s [m] rope hauled in, a motor
 that pulls with F leaves T1 = F - m s'' for the rope, and s'' = s' acc + s'' omega^2 by the angle:
 
@@ -25,6 +26,7 @@ from models.numerics import dense_peak
 from models.truss.friction import coulomb_torque, joint_damping
 from models.truss.inertia import inertia, inertia_slope
 from models.truss.kinematics import Expression, rope_acceleration, rope_speed
+from models.truss.measured import measured_torque
 from models.truss.parameters import TrussParameters
 from models.truss.potential import Net, potential_slope
 from models.truss.rope import rope_leverage
@@ -96,8 +98,9 @@ def angular_acceleration(
 def static_torque(
     parameters: TrussParameters, alpha: Expression, net: Net = "by angle"
 ) -> Expression:
-    """U' + C [N m], what the ropes have to overcome at rest."""
-    return potential_slope(parameters, alpha, net) + coulomb_torque(parameters, alpha)
+    """U' + C [N m], what the ropes have to overcome at rest, a measured load included."""
+    held = potential_slope(parameters, alpha, net) + coulomb_torque(parameters, alpha)
+    return held + measured_torque(parameters, alpha)
 
 
 def static_force(

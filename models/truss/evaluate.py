@@ -44,7 +44,8 @@ class TrussMotion:
     buckling_share : largest push in a bar of any module, as part of its buckling load [-].
     bar_force : largest push or pull in a link or cross-bar of any module [N].
     motor_power : -2 T1 dL/dt [W], of both ropes.
-    joint_power, pulley_power : dissipated [W], the former in joints, sliders and off-load.
+    joint_power, pulley_power : dissipated [W], the former in joints, sliders, off-load and by a
+        measured load.
     kinetic_energy, potential_energy : [J], (22), (26).
     momentum, reaction_force : along the line from the fixed bar to the centre [N s, N].
     """

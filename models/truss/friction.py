@@ -13,6 +13,7 @@ import math
 import casadi as ca
 
 from models.truss.kinematics import Expression, link_ratio, slider_distance_slope
+from models.truss.measured import measured_torque
 from models.truss.parameters import TrussParameters
 
 
@@ -54,8 +55,9 @@ def off_load_push(parameters: TrussParameters) -> Expression:
 
 
 def joint_loss(parameters: TrussParameters, alpha: Expression, omega: Expression) -> Expression:
-    """Power dissipated in joints, sliders and off-load [W], D omega^2 + C omega."""
-    return joint_damping(parameters, alpha) * omega**2 + coulomb_torque(parameters, alpha) * omega
+    """Power dissipated in joints, sliders, off-load and measured load [W], D omega^2 + C omega."""
+    constant = coulomb_torque(parameters, alpha) + measured_torque(parameters, alpha)
+    return joint_damping(parameters, alpha) * omega**2 + constant * omega
 
 
 def one_way(parameters: TrussParameters) -> tuple[str, ...]:
@@ -66,5 +68,6 @@ def one_way(parameters: TrussParameters) -> tuple[str, ...]:
         "joint_coulomb",
         "slider_coulomb",
         "off_load_friction",
+        "measured_torque",
     )
     return tuple(name for name in names if getattr(parameters, name))

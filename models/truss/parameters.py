@@ -7,6 +7,7 @@ Arms", IEEE Access 2019, DOI 10.1109/ACCESS.2019.2918614; "(n)" is its equation 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import numbers
 import types
@@ -79,6 +80,8 @@ class TrussParameters:
         has pulley 1 to 4 behind its segments: bar end, middle joint, bar end, slider.
     joint_coulomb : [N m], Coulomb torque of each rotating joint, at full value at rest.
     slider_coulomb : [N], Coulomb friction of each slider, at full value at rest.
+    measured_torque : [rad, N m], rows (angle, torque) of a measured load against the opening, by
+        rising angles; between them it is a monotone cubic.
     gravity : [m/s^2], in the ring's frame: from the fixed bar towards the ring's centre, across
         that in the plane of the ring, and along its axis. Only the first does work.
     off_load : [-], share of the weight that a test bench carries.
@@ -116,6 +119,7 @@ class TrussParameters:
     other_pulleys: tuple[tuple[int, int, float], ...] = ()
     joint_coulomb: float = 0.0
     slider_coulomb: float = 0.0
+    measured_torque: tuple[tuple[float, float], ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     off_load: float = 0.0
     off_load_friction: float = 0.0
@@ -192,6 +196,7 @@ def _check_values(p: TrussParameters) -> None:
         isinstance(modules, int) and modules >= 3,
         f"modules is {shortened(modules)}; a closed ring needs a whole number of at least 3.",
     )
+    _check_curve(p.measured_torque)
     _check_pulleys(p.other_pulleys, p.modules)
     require(
         p.counting in ("once", "as printed"),
@@ -200,6 +205,19 @@ def _check_values(p: TrussParameters) -> None:
     require(
         isinstance(p.joint_masses, JointMasses),
         f"joint_masses is {shortened(p.joint_masses)}; give a JointMasses.",
+    )
+
+
+def _check_curve(rows: object) -> None:
+    table: list[Any] = list(rows) if isinstance(rows, tuple) else [rows]
+    pairs = all(
+        isinstance(one, tuple) and len(one) == 2 and all(map(_is_finite, one)) for one in table
+    )
+    rising = pairs and all(before[0] < after[0] for before, after in itertools.pairwise(table))
+    require(
+        not table or (rising and len(table) > 1),
+        f"measured_torque is {shortened(rows)}; give two or more rows of angle in rad and torque "
+        "in N m, by rising angles.",
     )
 
 

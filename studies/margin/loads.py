@@ -40,9 +40,9 @@ from models.truss import (
     rope_speed,
     with_symbols,
 )
+from models.truss.measured import torque_at
 from studies.drive.motor import rotor_force
 from studies.drive.schema import Drive
-from studies.margin.resistance import torque_at
 from studies.margin.schema import LoadCase, MarginRequirements
 
 OPEN = math.pi / 2
@@ -76,8 +76,8 @@ def contributions(
     rough = coulomb_torque(_only(truss, off_load_friction=0.0), alpha)
     weight = _resisting(gravity_slope(truss, alpha), factors.test_bench)
     measured = 0 * alpha
-    if margin.resistance is not None:
-        measured = torque_at(margin.resistance, factors.measured, alpha)
+    if curve := margin.resistance or truss.measured_torque:
+        measured = torque_at(curve, factors.measured, alpha)
 
     return {
         "inertia": factors.inertia * inertial / without,

@@ -27,7 +27,7 @@ from studies.margin.presets import PRESETS
 
 if TYPE_CHECKING:  # CasADi loads with them, and not for a table of keys
     from models.truss import TrussParameters
-    from studies.margin.resistance import Curve
+    from models.truss.measured import Curve
 
 # parameters of the truss that a load case may change: those that leave its geometry alone
 OF_A_CASE = (

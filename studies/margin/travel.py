@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 
 from models.truss import TrussParameters, rope_length, rope_speed
+from models.truss.measured import MOST_ROWS, thinning_error
 from ocp.arrays import Array, Integers
 from studies.common.result import Criterion, Series
 from studies.drive.motor import motor_speed
@@ -31,7 +32,7 @@ from studies.margin.loads import (
     required_forces,
     with_pulleys,
 )
-from studies.margin.resistance import MOST_ROWS, check_covers, thinning_error
+from studies.margin.resistance import check_covers
 from studies.margin.schema import LoadCase, MarginRequirements
 
 KINDS = ("static", "dynamic")
@@ -114,7 +115,7 @@ def along(
     """
     angle, speed, acceleration = motion
     if margin.resistance is not None:
-        check_covers(margin.resistance, truss.stowed_angle, math.pi / 2)
+        check_covers(margin.resistance, truss.stowed_angle, math.pi / 2, "margin.resistance")
     available = _available(margin, truss, drive, angle, speed)
     wanted = dict(zip(KINDS, margin.required, strict=True))
 

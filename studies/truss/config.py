@@ -54,6 +54,7 @@ if TYPE_CHECKING:  # CasADi loads with the models, and not for a table of keys
 DEPLOYED = math.pi / 2  # [rad]
 PAPER_DURATION = 140.0  # [s], follows from the paper's 5.7e-4 rad/s^2 and (40)
 SETS = ("dynamic", "kinematic")  # of parameters, as the paper has them
+ONE_WAY = ("joint_coulomb", "slider_coulomb", "off_load_friction", "measured_torque")
 STARTS = ("bezier", "step5", "straight", "dwell", "phase-plane")
 
 
@@ -156,16 +157,13 @@ def truss_parameters(name: str, value: Any) -> TrussParameters:
     chosen = choice(SETS)(f"{name}.set", raw.get("set", "dynamic"))
     base = DYNAMIC_SET if chosen == "dynamic" else KINEMATIC_SET
     changes = {key: item for key, item in raw.items() if key not in ("set", *degrees)}
-    if isinstance(changes.get("gravity"), list):
-        changes["gravity"] = tuple(changes["gravity"])
-    if isinstance(rows := changes.get("other_pulleys"), list):
-        changes["other_pulleys"] = tuple(tuple(r) if isinstance(r, list) else r for r in rows)
     for key_in_degrees, radians in degrees.items():
         if key_in_degrees in raw:
             angle = positive(f"{name}.{key_in_degrees}", raw[key_in_degrees])
             changes[radians] = math.radians(angle)
 
     try:
+        changes |= _rows(name, changes)
         if "joint_masses" in changes:
             changes["joint_masses"] = _joint_masses(f"{name}.joint_masses", raw["joint_masses"])
         return dataclasses.replace(base, **changes)
@@ -195,6 +193,21 @@ def ring_in_space(name: str, value: Any) -> TrussParameters:
 def _with_table(sentence: str, name: str, keys: Sequence[str]) -> str:
     """A sentence of the model, which knows no tables, about a key of one."""
     return f"{name}.{sentence}" if sentence.split()[0] in keys else sentence
+
+
+def _rows(name: str, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Lists of a file as the tuples that the model holds."""
+    from studies.margin.resistance import curve_of
+
+    found: dict[str, Any] = {}
+    if isinstance(gravity := stated.get("gravity"), list):
+        found["gravity"] = tuple(gravity)
+    if isinstance(rows := stated.get("other_pulleys"), list):
+        found["other_pulleys"] = tuple(tuple(r) if isinstance(r, list) else r for r in rows)
+    if "measured_torque" in stated:
+        curve = stated["measured_torque"]
+        found["measured_torque"] = curve_of(f"{name}.measured_torque", curve) if curve else ()
+    return found
 
 
 def _joint_masses(name: str, raw: Any) -> JointMasses:
@@ -420,16 +433,22 @@ class TrussStudy:
                 f"truss.gravity is {list(self.truss.gravity)}, which is for a ring whose fixed bar "
                 "is held, but [arm] is stated; leave one of them out"
             )
-        rough = [
-            name
-            for name in ("joint_coulomb", "slider_coulomb", "off_load_friction")
-            if getattr(self.truss, name) > 0.0
-        ]
+        if curve := self.truss.measured_torque:
+            from studies.margin.resistance import check_covers
+
+            ends = self.truss.stowed_angle, DEPLOYED
+            check_covers(curve, *ends, "truss.measured_torque")
+            if self.margin is not None and self.margin.resistance is not None:
+                raise StudyError(
+                    "margin.resistance and truss.measured_torque are both stated, and each is all "
+                    "of the measured load; state truss.measured_torque alone, which counts in the "
+                    "margins, too"
+                )
+        rough = [name for name in ONE_WAY if getattr(self.truss, name)]
         if rough and self.drive is not None and self.drive.rope_stiffness is not None:
             raise StudyError(
-                f"truss.{rough[0]} is {getattr(self.truss, rough[0]):g}, but on ropes that give "
-                "the truss also swings back, and its Coulomb friction is modelled one way only; "
-                "set it to 0, or leave drive.rope_stiffness out"
+                f"truss.{rough[0]} is stated, but on ropes that give the truss also swings back, "
+                "and this load is modelled one way only; leave it or drive.rope_stiffness out"
             )
 
     def _check_plausible(self) -> None:

@@ -16,6 +16,7 @@ ASSUMED = ("linear_density", "joint_masses", "counting")  # the paper gives none
 # of Coulomb friction and of a test bench, listed if they are stated
 BENCH = (
     "other_pulleys",
+    "measured_torque",
     "joint_coulomb",
     "slider_coulomb",
     "gravity",

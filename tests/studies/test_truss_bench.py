@@ -21,6 +21,7 @@ BENCH = {
     "off_load": 0.95,
     "off_load_friction": 0.1,
     "other_pulleys": [[9, 2, 0.2]],
+    "measured_torque": [[0.07, 5.0], [0.8, 20.0], [1.58, 10.0]],
 }
 
 
@@ -74,11 +75,20 @@ def test_the_phase_plane_starts_above_coulomb_friction() -> None:
         ({"truss": {"gravity": 9.81}}, "truss.gravity is 9.81; give three finite numbers"),
         ({"truss": {"other_pulleys": [[25, 1, 0.3]]}}, "truss.other_pulleys names module 25"),
         ({"truss": {"other_pulleys": [7, 2, 0.3]}}, "truss.other_pulleys is .*; give rows of"),
+        ({"truss": {"measured_torque": [[0.5, 1], [1.6, 2]]}}, "truss.measured_torque runs from"),
+        ({"truss": {"measured_torque": [[0.5, 1], [0.4, 2]]}}, "measured_torque has the angle 0.4"),
+        (
+            {
+                "truss": {"measured_torque": [[0.07, 1], [1.6, 2]]},
+                "margin": {"resistance": [[0.07, 1], [1.6, 2]]},
+            },
+            "are both stated",
+        ),
         ({"truss": {"joint_coulomb": 1e9}}, "such a joint is a weld"),
         ({"truss": {"gravity": [1.0, 0.0, 0.0]}, "arm": {}}, "fixed bar is held"),
         (
             {"truss": {"slider_coulomb": 0.5}, "drive": {"rope_stiffness": 600.0}},
-            "slider_coulomb is 0.5, but on ropes that give",
+            "slider_coulomb is stated, but on ropes that give",
         ),
     ],
 )

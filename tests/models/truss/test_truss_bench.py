@@ -19,6 +19,8 @@ from models.truss import (
     far_end_ratio,
     gravity_potential,
     gravity_slope,
+    inertia,
+    joint_loss,
     largest_bar_force,
     least_rope_stiffness,
     mean_tension_ratio,
@@ -167,6 +169,28 @@ def test_a_soft_rope_is_stable_by_the_slope_of_all_that_rests() -> None:
     assert least_rope_stiffness(hung).stiffness == pytest.approx(needed[away].max(), rel=1e-5)
 
 
+def test_a_measured_load_is_overcome_by_the_ropes() -> None:
+    rows = ((0.05, 5.0), (0.5, 30.0), (1.0, -4.0), (1.6, 10.0))
+    loaded = dataclasses.replace(DYNAMIC_SET, measured_torque=rows)
+    for alpha, torque in rows[1:3]:  # at its rows it is what was measured
+        more = rope_force(loaded, alpha, 0.2, 0.1) - rope_force(DYNAMIC_SET, alpha, 0.2, 0.1)
+        expected = torque / float(rope_leverage(DYNAMIC_SET, alpha))
+        assert float(more) == pytest.approx(expected, rel=1e-10)
+        lost = joint_loss(loaded, alpha, 0.2) - joint_loss(DYNAMIC_SET, alpha, 0.2)
+        assert float(lost) == pytest.approx(0.2 * torque, rel=1e-10)
+        slower = [
+            float(angular_acceleration(one, alpha, 0.2, 30.0)) for one in (DYNAMIC_SET, loaded)
+        ]
+        assert (slower[0] - slower[1]) * float(inertia(loaded, alpha)) == pytest.approx(torque)
+    # between them it is never beyond the two rows beside
+    angles = np.linspace(0.05, 1.6, 301)
+    found = np.array(
+        static_torque(loaded, ca.DM(angles)) - static_torque(DYNAMIC_SET, ca.DM(angles))
+    )
+    assert found.max() <= 30.0 + 1e-9
+    assert found.min() >= -4.0 - 1e-9
+
+
 SEIZED = ((3, 4, 0.3), (4, 1, 0.0), (9, 2, 0.25), (24, 3, 0.1))
 
 
@@ -229,6 +253,8 @@ def test_energy_of_the_weight_is_part_of_the_potential() -> None:
         ({"other_pulleys": ((24, 4, 0.3),)}, "pulley 4 of module 24, which has the pulleys 1 to 3"),
         ({"other_pulleys": ((3, 1, 0.3), (3, 1, 0.1))}, "pulley 1 of module 3 twice"),
         ({"other_pulleys": ((3, 1, -0.3),)}, "mu of pulley 1 of module 3 is -0.3"),
+        ({"measured_torque": ((0.1, 2.0),)}, "give two or more rows of angle in rad"),
+        ({"measured_torque": ((0.5, 2.0), (0.1, 2.0))}, "by rising angles"),
         ({"other_pulleys": ((3, 1),)}, "give rows of module, pulley and mu"),
     ],
 )

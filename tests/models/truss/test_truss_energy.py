@@ -20,6 +20,7 @@ BENCH = {
     "gravity": (-9.81, 1.0, 2.0),
     "off_load": 0.9,
     "off_load_friction": 0.1,
+    "measured_torque": ((0.05, 5.0), (0.8, 30.0), (1.6, 10.0)),
     "other_pulleys": ((5, 2, 0.3), (24, 3, 0.0)),
 }
 

@@ -76,13 +76,22 @@ def test_derivatives_by_every_parameter_are_those_of_differences():
         field.name
         for field in dataclasses.fields(truss.TrussParameters)
         if field.name
-        not in ("modules", "counting", "joint_masses", "stowed_angle", "gravity", "other_pulleys")
+        not in (
+            "modules",
+            "counting",
+            "joint_masses",
+            "stowed_angle",
+            "gravity",
+            "other_pulleys",
+            "measured_torque",
+        )
     ]
     base = dataclasses.replace(
         truss.DYNAMIC_SET,
         pulley_friction=0.01,
         bar_length=1.1,
         joint_coulomb=0.02,
+        measured_torque=((0.05, 5.0), (0.8, 30.0), (1.6, 10.0)),
         slider_coulomb=0.5,
         gravity=(-3.0, 0.0, 0.0),
         off_load=0.5,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from models.truss import TrussParameters, rope_force, static_peak
+from models.truss.measured import MOST_ROWS, thinning_error
 from studies.cli import main
 from studies.common.configuration import toml_text
 from studies.common.exit_codes import ExitCode, StudyError
@@ -16,7 +17,6 @@ from studies.drive import Drive
 from studies.margin import MarginRequirements, read_margin
 from studies.margin.loads import CONTRIBUTIONS, least_static_need, needed_of_the_motor
 from studies.margin.presets import PRESETS
-from studies.margin.resistance import MOST_ROWS, thinning_error
 from studies.margin.travel import along, criteria, records, sentences
 from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.limits.caps import Caps
@@ -29,6 +29,7 @@ TRUSS = TrussParameters(pulley_friction=0.01)
 HUNG = dataclasses.replace(
     TRUSS,
     other_pulleys=((9, 2, 0.2),),
+    measured_torque=((0.07, 0.5), (1.0, 2.0), (1.6, 1.0)),
     joint_coulomb=0.02,
     slider_coulomb=0.5,
     gravity=(-9.81, 0.0, 0.0),
@@ -73,9 +74,7 @@ def test_contributions_add_up_to_the_force_of_the_model() -> None:
         assert case.required["dynamic"] == pytest.approx(force, rel=1e-11, abs=1e-11)
 
 
-@pytest.mark.parametrize(
-    "name", [one for one in CONTRIBUTIONS if one not in ("holding", "measured")]
-)
+@pytest.mark.parametrize("name", [one for one in CONTRIBUTIONS if one != "holding"])
 def test_a_factor_acts_on_its_contribution_and_on_its_friction_in_the_pulleys(name: str) -> None:
     factors = MarginRequirements(factors={name: 2.0})
     (plain,), (case,) = (travel(one, ROTOR, truss=HUNG)[0].cases for one in (PLAIN, factors))
