@@ -55,6 +55,8 @@ DEPLOYED = math.pi / 2  # [rad]
 PAPER_DURATION = 140.0  # [s], follows from the paper's 5.7e-4 rad/s^2 and (40)
 SETS = ("dynamic", "kinematic")  # of parameters, as the paper has them
 ONE_WAY = ("joint_coulomb", "slider_coulomb", "off_load_friction", "measured_torque")
+# of Coulomb friction, of a test bench and measured; none of them is the paper's
+LOADS = ("other_pulleys", "gravity", "off_load", *ONE_WAY)
 STARTS = ("bezier", "step5", "straight", "dwell", "phase-plane")
 
 
@@ -536,10 +538,16 @@ class TrussStudy:
         low, high = self.duration
         time = f"T = {low:g} s" if low == high else f"T from {low:g} to {high:g} s"
         aims = ", then ".join(_aim(stage) for stage in self.minimise)
+        stated = (name for name in LOADS if any(_as_row(getattr(self.truss, name))))
+        loads = ", ".join(name.replace("_", " ") for name in stated)
         return (
             f"Ring truss, {self.truss.modules} modules, mu = {self.truss.pulley_friction:g}, "
-            f"{time}: least {aims}"
+            f"{time}{f', with {loads}' if loads else ''}: least {aims}"
         )
+
+
+def _as_row(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else (value,)
 
 
 def _aim(stage: Mapping[str, float]) -> str:

@@ -11,18 +11,9 @@ from models.truss import DYNAMIC_SET, KINEMATIC_SET, JointMasses, TrussParameter
 from studies.common.keys import UNIT, field_texts
 from studies.common.parameters import ParameterLine, in_words, stated_parameters
 from studies.truss.carrier import CarryingArm
+from studies.truss.config import LOADS
 
 ASSUMED = ("linear_density", "joint_masses", "counting")  # the paper gives none of them
-# of Coulomb friction and of a test bench, listed if they are stated
-BENCH = (
-    "other_pulleys",
-    "measured_torque",
-    "joint_coulomb",
-    "slider_coulomb",
-    "gravity",
-    "off_load",
-    "off_load_friction",
-)
 
 
 def parameters_of(configuration: Mapping[str, Any]) -> list[ParameterLine]:
@@ -37,7 +28,7 @@ def parameters_of(configuration: Mapping[str, Any]) -> list[ParameterLine]:
         source = f"paper, {sources[0]}" if sources else "chosen in this study"
         if name in ASSUMED and sources:
             source = "assumed; the paper gives none"
-        if name in BENCH:
+        if name in LOADS:
             stated = np.ravel(values[name])
             if not stated.any():
                 continue  # the paper has none of it

@@ -11,6 +11,7 @@ from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.limits.bounds import least_work, lower_bounds
 from studies.truss.motions.laws import paper_laws
 from studies.truss.motions.phase_plane import PhasePlane
+from studies.truss.parameters import parameters_of
 from studies.turn.config import study_from as turn_from
 
 BENCH = {
@@ -35,6 +36,18 @@ def test_a_bench_is_stated_and_stated_again() -> None:
     assert stated.truss.gravity == (-9.81, 0.0, 0.0)
     assert stated.truss.other_pulleys == ((9, 2, 0.2),)
     assert study_from(as_dictionary(stated)) == stated
+    # whoever reads the result's first line knows that it is not one of the flight
+    assert "with other pulleys, gravity, off load, joint coulomb" in stated.question
+    plain = study(truss={"pulley_friction": 0.01})
+    assert plain.question == "Ring truss, 24 modules, mu = 0.01, T = 10 s: least peak-force"
+
+
+def test_a_report_lists_the_loads_that_are_stated_and_no_others() -> None:
+    lines = {line.name: line.value for line in parameters_of(as_dictionary(study()))}
+    assert lines["gravity"] == "-9.81, 0, 0"
+    assert lines["other pulleys"] == "9, 2, 0.2"
+    plain = {line.name for line in parameters_of(as_dictionary(study(truss={})))}
+    assert not {"gravity", "off load", "measured torque", "joint coulomb"} & plain
 
 
 def test_energies_of_a_law_balance_with_all_that_a_bench_adds() -> None:
