@@ -27,6 +27,8 @@ from studies.arm.optimal.phase import ArmPhase, slope_unit
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, replay
 from studies.arm.replay.reduced_model import follow, method_for, overdamped, reduced_residual
 from studies.arm.stage import ELBOW, ROOT, Stage
+from studies.common.code_version import hashed
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 
 SAMPLES = 2001  # of a replay on B21
 _DENSE = 20 * SAMPLES  # instants at which a peak is looked for
@@ -43,6 +45,7 @@ class OptimalMotion:
     solution : of the solver.
     weight : of the smoothness in what was minimised.
     added : torques by joint beside the solver's, with which the full model rests, see `correction`.
+    kept : where its replays go to, and where those of an earlier run are read.
     """
 
     name: str
@@ -50,6 +53,7 @@ class OptimalMotion:
     solution: Solution
     weight: float = 0.0
     added: Mapping[int, PPoly] = field(default_factory=dict)
+    kept: FinishedSteps = NOTHING_KEPT
 
     @cached_property
     def stage(self) -> Stage:
@@ -188,7 +192,18 @@ class OptimalMotion:
         modes: int = MODES,
     ) -> LockedMotion:
         """On the full model, see `studies.arm.replay.full_model.replay`."""
-        return replay(self.motion(drive), elements=elements, settings=settings, modes=modes)
+        given = self.motion(drive)
+        run = self.kept.step(
+            "replay",
+            lambda: replay(given, elements=elements, settings=settings, modes=modes).fixed,
+            begins_with=self._mark(drive, elements, settings),
+        )
+        return LockedMotion(given, run, modes)
+
+    def _mark(self, drive: Drive, elements: int, settings: StepControl | None) -> str:
+        """Few letters of all that a replay depends on."""
+        laws = [[k, law.c.tolist(), law.x.tolist()] for k, law in self.torques.items()]
+        return hashed([repr(self.stage), drive, elements, repr(settings), laws])[:12]
 
 
 def polynomial(phase: PhaseTrajectory, state: str) -> PPoly:

@@ -30,6 +30,7 @@ from studies.arm.replay.full_model import Drive, LockedMotion, rough_steps_for, 
 from studies.arm.search_limits import CALMER_ROUNDS, CORRECTIONS, HOPELESS, LIGHTER
 from studies.arm.stage import ELBOW
 from studies.common.exit_codes import StudyError
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
 
 Progress = Callable[[str], None]
 AGREE = 0.1  # share of the residual allowed by which two replays may differ
@@ -119,6 +120,7 @@ def refine(
     say: Progress | None = None,
     live: Progress | None = None,
     solver: Solve = solve,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> Refined:
     """Refine a motion that was solved on one mesh.
 
@@ -136,8 +138,10 @@ def refine(
         Receive a line a round, and a line now and then.
     solver : callable
         In the place of `ocp.solve`, see `finished_solves`.
+    kept : FinishedSteps
+        Where replays go to, and where those of an earlier run are read.
     """
-    looked = _Rounds(residual, drive, solver, say, live)
+    looked = _Rounds(residual, drive, solver, say, live, kept)
     first = looked.tried(motion, np.zeros(2 * motion.stage.model.size))
     lighter = LIGHTER[ELBOW in motion.stage.moving]
     answers, rounds, change = refined(first, looked.again, ASKED * residual, lighter)
@@ -218,10 +222,13 @@ class _Rounds:
     solver: Solve
     say: Progress | None
     live: Progress | None
+    kept: FinishedSteps = NOTHING_KEPT
 
     def tried(self, motion: OptimalMotion, aim: Array) -> _TriedMotion:
         """A motion that was solved with an aim, replayed and corrected."""
         steps = rough_steps_for(self.residual, self.drive)
+        if self.kept is not NOTHING_KEPT:
+            motion = replace(motion, kept=self.kept)
         replayed = motion.replay(self.drive, settings=steps)
         next_aim = aim - beside_rest(motion.stage, replayed.run.before)
         motion, replayed = _corrected(motion, replayed, self.residual, self.drive, steps)

@@ -173,7 +173,7 @@ def compare(
     solver, pairs = FinishedSolves(kept, say), []
     try:
         for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
-            refined = motion_under(stage, baseline, motions, residual, say, live, solver)
+            refined = motion_under(stage, baseline, motions, residual, say, live, solver, kept)
             pairs.append(Pair(baseline, refined, limit))
     except KeyboardInterrupt:
         if not pairs:
@@ -189,11 +189,13 @@ def motion_under(
     say: Say,
     live: Say,
     solver: Solve = solve,
+    kept: FinishedSteps = NOTHING_KEPT,
 ) -> Refined | None:
     """A refined motion whose peak torque does not exceed the baseline's.
 
     `motions` are those already found, by cap [J D/T^2]; a new one is added. It may leave a
-    residual [J] on the full model. `solver` takes the place of `ocp.solve`.
+    residual [J] on the full model. `solver` takes the place of `ocp.solve`, and
+    replays go to `kept`.
     """
     units = stage.torque_units
     cap = min(HIGHEST_CAP, *(float(baseline.peak_torque[k] / units[k]) for k in stage.moving))
@@ -208,7 +210,9 @@ def motion_under(
     except StudyError as error:
         say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {stage.moving[0]}: {error}")
         return None
-    motions[cap] = refine(motion, residual=residual, drive=drive, say=say, live=live, solver=solver)
+    motions[cap] = refine(
+        motion, residual=residual, drive=drive, say=say, live=live, solver=solver, kept=kept
+    )
     return motions[cap]
 
 

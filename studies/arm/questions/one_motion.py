@@ -257,6 +257,7 @@ def _refined(
         say=console.progress,
         live=console.live,
         solver=timed,
+        kept=kept,
     )
 
 

@@ -83,7 +83,7 @@ class ArmFront:
         self, study: TradeOffStudy, console: Console, kept: FinishedSteps = NOTHING_KEPT
     ) -> None:
         self.study, self.console = study, console
-        self.solver = FinishedSolves(kept, console.progress)
+        self.kept, self.solver = kept, FinishedSolves(kept, console.progress)
         self.limited, self.least = study.limited, study.least
         self.axes = AXES[self.limited], AXES[self.least]
         self.residual = study.still
@@ -212,6 +212,7 @@ class ArmFront:
                 say=self.console.progress,
                 live=self.console.live,
                 solver=self.solver,
+                kept=self.kept,
             )
         except (StudyError, ModelError) as error:
             raise PointNotFound(str(error)) from error
