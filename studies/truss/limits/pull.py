@@ -1,7 +1,7 @@
 """What follows from ropes that only pull, together with caps on the rates: times no motion beats.
 
-With 0 <= T1 <= F on each rope, (38) bounds the acceleration at every angle and speed; with U' stands
-Coulomb friction, which has one sign,
+With 0 <= T1 <= F on each rope, (38) bounds the acceleration at every angle and speed. U' includes
+Coulomb friction, which has one sign:
 
     (-U' - I' omega^2 / 2 - D omega) / I <= a <= (F f - U' - I' omega^2 / 2 - D omega) / I
 
