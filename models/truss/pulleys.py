@@ -19,7 +19,7 @@ from models.truss.kinematics import Expression
 from models.truss.parameters import TrussParameters
 
 
-class Run(NamedTuple):
+class LikeModules(NamedTuple):
     """Modules one after the other in which the tensions fall alike, or a single other one."""
 
     first: int
@@ -54,7 +54,7 @@ def more_friction(
     return total
 
 
-def runs(parameters: TrussParameters, alpha: Expression) -> list[Run]:
+def runs(parameters: TrussParameters, alpha: Expression) -> list[LikeModules]:
     """All modules as runs, from the motor on; one if no pulley differs."""
     found, start = [], 1
     for module in sorted({place for place, _, _ in parameters.other_pulleys}):
@@ -65,6 +65,8 @@ def runs(parameters: TrussParameters, alpha: Expression) -> list[Run]:
     if start <= parameters.modules:
         found.append((start, parameters.modules - start + 1))
     return [
-        Run(first, length, tuple(segment_ratio(parameters, alpha, first, k) for k in (1, 2, 3, 4)))
+        LikeModules(
+            first, length, tuple(segment_ratio(parameters, alpha, first, k) for k in (1, 2, 3, 4))
+        )
         for first, length in found
     ]
