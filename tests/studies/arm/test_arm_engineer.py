@@ -322,8 +322,10 @@ def test_optima_that_were_found_are_kept_when_the_user_stops(big, monkeypatch):
 
     room = "studies.arm.questions.baselines"
     monkeypatch.setattr(f"{room}.baseline_names", lambda _: ["quintic", "Bezier"])
-    monkeypatch.setattr(f"{room}.baseline_law", lambda *_: SimpleNamespace(name="quintic"))
+    monkeypatch.setattr(f"{room}.motion_along", lambda *_: done.motion)
     monkeypatch.setattr(f"{room}.replay_law", lambda *_, **__: done)
+    # of two modes, as few elements show
+    monkeypatch.setattr(f"{room}.LockedMotion", lambda *_: done)
     monkeypatch.setattr(f"{room}.motion_under", found)
     result = compare_baselines(BaselinesStudy(), silent())
     assert result.interrupted
