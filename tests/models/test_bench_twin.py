@@ -64,3 +64,31 @@ def test_weight_and_friction_of_all_parts(seed):
     radius = p.half_cross_bar * np.cos(alpha) / np.sin(np.pi / p.modules)
     lost += p.off_load_friction * np.sum(ways * radius)
     assert float(truss.coulomb_torque(p, alpha)) == pytest.approx(lost, rel=CLOSE)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_single_pulleys_that_differ(seed):
+    """The tension falls pulley by pulley; the ropes' work is that of all segments."""
+    draw = np.random.default_rng(seed)
+    p, _, _ = random_truss(draw)
+    # behind the last segment the rope ends
+    places = draw.permutation(4 * p.modules - 1)[: draw.integers(1, 4)]
+    others = [(int(at) // 4 + 1, int(at) % 4 + 1, draw.uniform(0, 0.5)) for at in places]
+    alpha = draw.uniform(0.1, math.pi / 2)
+
+    wraps = p.modules * [math.pi - alpha, math.pi - 2 * alpha, math.pi - alpha, math.pi]
+    friction = np.full(4 * p.modules, p.pulley_friction)
+    friction[places] = [mu for _, _, mu in others]
+    drops = np.cumsum(friction * wraps)
+    tension = np.exp(-np.concatenate([[0.0], drops[:-1]]))
+    shortening = twin.segments(p, alpha)[1]
+    lever = 2 * float(tension @ shortening)
+
+    changed = dataclasses.replace(p, other_pulleys=tuple(others))
+    acc = draw.uniform(0.5, 2)
+    resists = sum(twin.loads(p, np.asarray(alpha), 0.3, acc).values())
+    force = float(truss.rope_force(changed, alpha, 0.3, acc))
+    assert force == pytest.approx(float(resists) / lever, rel=CLOSE)
+    e, b = twin.slider(p, np.asarray(alpha))[0], p.half_cross_bar
+    mean = tension @ np.array(p.modules * [e, b, b, e]) / (2 * p.modules * (e + b))
+    assert float(truss.mean_tension_ratio(changed, alpha)) == pytest.approx(mean, rel=CLOSE)
