@@ -15,10 +15,14 @@ import numpy as np
 from ocp.arrays import Flags
 from ocp.mesh.mesh import Mesh
 from ocp.optimality.active_set import AT, share_at_limit
+from ocp.optimality.hamiltonian import relative_jumps
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.policies.brackets import with_movable_switches
 from ocp.transcription.packing import trajectory_of
+
+# Of the Hamiltonian's terms: a jump that is noise of the solver's multipliers.
+_NOISE = 1e-6
 
 # Of the objective: a switch that gains more by moving was not where it belongs.
 _SAME = 1e-8
@@ -29,7 +33,7 @@ def with_free_switches(meshes: MeshSolver, iterate: Iterate) -> Iterate:
 
     Costates, Hamiltonian and slopes are those of the problem for the multipliers found here.
     """
-    mesh = _freed(iterate)
+    mesh = _freed(meshes, iterate)
     if mesh is None:
         return iterate
     # it is asked for when the solve is over, and so is that one's budget
@@ -43,19 +47,16 @@ def with_free_switches(meshes: MeshSolver, iterate: Iterate) -> Iterate:
     return iterate if moved else free
 
 
-def _freed(iterate: Iterate) -> Mesh | None:
-    """A mesh whose breakpoints may move where a control switches; None if it moves none more.
-
-    That is wherever it does. Where the multipliers tell no gain by a move, others may fit as well,
-    and slopes would not be known.
-    """
+def _freed(meshes: MeshSolver, iterate: Iterate) -> Mesh | None:
+    """A mesh whose breakpoints may move where a switch should, by the multipliers; None if none."""
     free = with_movable_switches(iterate)
     if free is None:
         return None
     phases = []
     for index, (new, old) in enumerate(zip(free.phases, iterate.mesh.phases, strict=True)):
-        switches = np.flatnonzero(_switches(iterate, index)) + 1
-        movable = {*old.movable} | ({*new.movable} & {*switches.tolist()})
+        jumps = relative_jumps(iterate, meshes.evaluator, index) > _NOISE
+        wrong = np.flatnonzero(_switches(iterate, index) & jumps) + 1
+        movable = {*old.movable} | ({*new.movable} & {*wrong.tolist()})
         phases.append(replace(new, movable=tuple(sorted(movable))))
     mesh = replace(free, phases=tuple(phases))
     held = [
