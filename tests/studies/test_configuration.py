@@ -158,7 +158,7 @@ def test_what_is_very_long_makes_no_long_sentence(raw: dict[str, Any], words: st
     with pytest.raises(StudyError) as refused:
         study_from({"minimise": "peak-force", "duration": 6.0, **raw})
     assert words in str(refused.value)
-    assert len(str(refused.value)) < 500
+    assert len(str(refused.value)) < 600  # of which the names of all keys of a truss take 400
 
 
 def test_a_whole_number_of_thousands_of_digits_is_refused(tmp_path: Path) -> None:

@@ -224,7 +224,7 @@ def test_costs_are_those_above_ten_percent_the_dearest_first() -> None:
         ("work", "a"),
     ]
     assert [cost.ratio for cost in costs] == [math.inf, 20.0, 1.2]
-    assert costs[1].sentence == "jerk is 20 times that of b: 200 1 instead of 10 1"
+    assert costs[1].sentence == "jerk is 20 times that of b: 200 instead of 10"
     assert "beyond any ratio" in costs[0].sentence
 
 
@@ -238,7 +238,7 @@ def test_what_is_as_good_as_none_is_no_cost() -> None:
 def test_a_cost_of_what_should_be_large_is_a_part() -> None:
     (cost,) = costs_elsewhere((row("tension", "more", own=0.5, a=2.0, b=4.0),))
     assert cost.ratio == 8.0
-    assert cost.sentence == "tension is 1/8 of that of b: 0.5 1 instead of 4 1"
+    assert cost.sentence == "tension is 1/8 of that of b: 0.5 instead of 4"
 
 
 def test_motions_that_were_found_too_are_no_laws_to_compare_with() -> None:
