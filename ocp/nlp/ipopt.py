@@ -130,7 +130,7 @@ class Ipopt:
         Of the optimality conditions before IPOPT divides them by the size of the multipliers.
         Rounding sets its floor where these are large, as in stiff dynamics.
     constraint_violation : float
-        Of the scaled constraints.
+        Of the scaled constraints. A stall within a factor 100 of it is accepted, too.
     complementarity : float
         Largest product of a limit's slack and its multiplier, scaled.
     gap : float
@@ -343,7 +343,8 @@ class Ipopt:
             "ipopt.compl_inf_tol": max(complementarity, least),
             "ipopt.acceptable_iter": self.stall,
             "ipopt.acceptable_tol": _STALL_FACTOR * self.tolerance,
-            "ipopt.acceptable_constr_viol_tol": self.constraint_violation,
+            # rows of fast rates are met no better than to their round-off
+            "ipopt.acceptable_constr_viol_tol": _STALL_FACTOR * self.constraint_violation,
             "ipopt.acceptable_dual_inf_tol": self.dual_tolerance,
             # IPOPT's own 1e-2 would accept limits that are not met
             "ipopt.acceptable_compl_inf_tol": 1e-8,
