@@ -45,8 +45,9 @@ def sketch(panel: Axes) -> None:
         arc = np.linspace(begin, end, 40)
         panel.plot(radius * np.cos(arc), radius * np.sin(arc), color="black", linewidth=0.9)
         middle = (begin + end) / 2
-        panel.text(1.06 * radius * math.cos(middle), 1.06 * radius * math.sin(middle), name,
-                   va="center")  # fmt: skip
+        panel.text(
+            1.06 * radius * math.cos(middle), 1.06 * radius * math.sin(middle), name, va="center"
+        )
     panel.annotate("root", (0, 0), xytext=(0.15, -1.15), arrowprops={"arrowstyle": "-"})
     panel.text(elbow[0] + 0.15, elbow[1] - 0.25, "elbow")
     panel.set_aspect("equal")

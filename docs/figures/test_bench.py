@@ -23,6 +23,7 @@ HUNG = dataclasses.replace(
 
 def sketch(panel: Axes) -> None:
     """Vertical bars at two angles, the chords on which they move, and the weight at the centre."""
+    # both rings from the fixed bar, their centres to the right
     places = []
     for angle, shade in ((0.5, "0.6"), (0.9, "black")):
         corners = ring_positions(DYNAMIC_SET, angle)[:, 0, :2]
@@ -30,9 +31,13 @@ def sketch(panel: Axes) -> None:
         turned = np.stack([corners @ towards, corners @ [-towards[1], towards[0]]], axis=1)
         places.append(turned)
         panel.plot(*np.vstack([turned, turned[:1]]).T, "o-", color=shade, markersize=3)
+
+    # every third chord
     before, after = places
     for k in range(3, 22, 3):
         panel.annotate("", after[k], xytext=before[k], arrowprops={"arrowstyle": "->"})
+
+    # what holds the ring, and what pulls at it
     centre = after.mean(axis=0)
     panel.plot(0, 0, "s", color="#c25b1e", markersize=8)
     panel.text(-0.15, 0, "fixed\nbar", ha="right", va="center", color="#c25b1e")
@@ -42,6 +47,7 @@ def sketch(panel: Axes) -> None:
     panel.plot(*centre, "+", color="black")
     panel.text(centre[0] - 0.6, 0.12, "$(1-s)\\,M g$", ha="center", color="#1f77b4")
     panel.text(centre[0] + 0.1, -0.1, "centre", va="top")
+
     panel.text(
         centre[0],
         after[:, 1].min() - 0.5,

@@ -35,8 +35,14 @@ def sketch(panel: Axes) -> None:
     # the ring is drawn beside the arm as seen along the axis
     panel.add_patch(Circle((7.4, 2.5), 0.5, fill=False, linewidth=2, color="#d55e00"))
     panel.plot(7.4, 2.0, "o", color="black", markersize=4)
-    panel.annotate("axis", (7.4, 2.0), xytext=(7.4, 1.2), ha="center", fontsize=9,
-                   arrowprops={"arrowstyle": "->"})  # fmt: skip
+    panel.annotate(
+        "axis",
+        (7.4, 2.0),
+        xytext=(7.4, 1.2),
+        ha="center",
+        fontsize=9,
+        arrowprops={"arrowstyle": "->"},
+    )
     panel.plot([7.4, 7.4], [2.0, 2.5], color="#d55e00", linewidth=0.8)
     panel.text(7.45, 2.2, "$R(\\alpha_0)$", fontsize=8)
     panel.text(7.4, 3.15, "stowed ring, along the axis", ha="center", fontsize=9)

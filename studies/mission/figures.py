@@ -27,6 +27,8 @@ def satellite_figure(result: Result) -> Figure:
     figure = Figure(figsize=(12.0, 2.6 * (3 if turns else 2)), dpi=150, layout="constrained")
     panels = figure.subplots(3 if turns else 2, 1, sharex=True)
     time, stages = result.arrays["time"].values, result.details["stages"]
+
+    # what a held satellite takes; both signs count for a wheel
     for panel, name, words, cap in zip(
         panels,
         ("root_moment", "root_momentum"),
@@ -40,6 +42,8 @@ def satellite_figure(result: Result) -> Figure:
         for line in () if limit is None else (-limit, limit):
             panel.axhline(line, color="0.4", lw=0.8, ls=":")
         label_axes(panel, "time [s]", words)
+
+    # turns about different axes are not added
     for name, colour, style in zip(turns, COLOURS, ("-", "--"), strict=False):
         series = result.arrays[name]
         panels[-1].plot(time, np.degrees(series.values), style, color=colour, label=series.meaning)
@@ -47,6 +51,7 @@ def satellite_figure(result: Result) -> Figure:
         _spans(panels[-1], stages)
         label_axes(panels[-1], "time [s]", "turn of the satellite [deg]")
         _legend_above(panels[-1])
+
     figure.suptitle(", then ".join(stage["stage"] for stage in stages), fontsize=10)
     return figure
 

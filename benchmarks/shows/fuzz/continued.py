@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.shows.fuzz.interrupts import FRONT, ended_at
+from benchmarks.shows.fuzz.interrupts import FRONT, STUDY, ended_at
 from benchmarks.shows.fuzz.said import faults_of
 from benchmarks.shows.show import Columns, Question, Row, listed
 from ocp.arrays import Array
@@ -32,20 +32,6 @@ KILLS = 3  # of a case
 SAME = 1e-9  # relative: a stored number is the number itself
 GO_ON = re.compile(r"go(?:es)? on by:\s+antenna-ocp (.+)")
 
-STUDY = """duration = 140
-[caps]
-jerk = "bezier"
-[truss]
-pulley_friction = 0.01
-[robust]
-draws = 1000
-[robust.scenarios.rough]
-pulley_friction = 0.015
-joint_friction = 0.15
-[robust.scatter.pulley_friction]
-low = 0.005
-high = 0.015
-"""
 # coarse forms of all commands that may take longer than 10 s; STUDY stands for the file
 WORDS: Mapping[str, Sequence[str]] = {
     "truss": ("--objective", "energy", "--friction", "0.01", "--starts", "bezier,step5"),

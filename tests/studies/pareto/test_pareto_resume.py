@@ -21,12 +21,16 @@ RESUME = ("pareto", "truss", "--no-figures", "--resume")
     ("words", "number", "code", "kept"),
     [
         # within a search, between two points, and while a point is solved
-        ("an end of the front: Ring truss, 24 modules, mu = 0, T from 4 to 6 s: least peak",
-         signal.SIGKILL, -signal.SIGKILL, 0),
+        (
+            "an end of the front: Ring truss, 24 modules, mu = 0, T from 4 to 6 s: least peak",
+            signal.SIGKILL,
+            -signal.SIGKILL,
+            0,
+        ),
         ("solve 5 of the front", signal.SIGKILL, -signal.SIGKILL, 5),
         ("solve 5 of the front", signal.SIGINT, ExitCode.INTERRUPTED, 5),
     ],
-)  # fmt: skip
+)
 def test_a_front_that_was_stopped_goes_on_with_the_same_result(
     words: str, number: int, code: int, kept: int, tmp_path: Path, capsys, whole_front: Result
 ) -> None:
