@@ -115,6 +115,7 @@ def test_completion_knows_sub_commands_and_flags(
     script = capsys.readouterr().out
     assert "least-duration" in script
     assert "--motor-torque-cap" in script
+    assert "peak-rope-acceleration" in script  # a word of --objective
 
 
 def package(folder: Path, code: str) -> dict[str, str]:
