@@ -228,13 +228,12 @@ def _truss(given: Mapping[str, Any] | None) -> Answer:
     from studies.common.console import silent
     from studies.truss.checks import criteria
     from studies.truss.config import study_from
-    from studies.truss.search.motion_search import Search
+    from studies.truss.search.motion_search import best_motion
+    from studies.truss.search.proofs import check_some_optimum
 
     study = study_from(read_toml(MAIN_STUDY) if given is None else given)
     begin = time.process_time()
-    search = Search(study, silent())
-    search.check()
-    best = search.run()
+    best = best_motion(study, silent(), planes=check_some_optimum(study, silent()))
     seconds = time.process_time() - begin
 
     study_checks = tuple(

@@ -8,7 +8,8 @@ from studies.common.exit_codes import StudyError
 from studies.truss.checks import broken_caps
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.motions.deployment import Deployment
-from studies.truss.search.motion_search import Search
+from studies.truss.search.motion_search import best_motion
+from studies.truss.search.proofs import check_some_optimum
 
 OPTIMUM = "optimal"
 
@@ -26,9 +27,7 @@ def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, 
             return deployment, "optimum: least peak angular acceleration, in closed form, global"
 
     try:
-        search = Search(study, console)
-        search.check()
-        best = search.run()
+        best = best_motion(study, console, planes=check_some_optimum(study, console))
     except StudyError as error:
         return None, f"the profile is compared with no optimum: {error}"
     return (

@@ -39,7 +39,7 @@ from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, p
 from studies.truss.motions.laws import deployment_of, law_of, paper_laws
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.best_law import best_law
-from studies.truss.search.motion_search import Search
+from studies.truss.search.proofs import check_some_optimum
 from studies.truss.study import series_of
 
 HELD = 1e-6  # relative, as for the caps of a motion
@@ -93,7 +93,7 @@ def check(study: CodesignStudy, console: Console | None = None) -> None:
         With the nearest value that works.
     """
     check_some_design(study, requirements(study))
-    Search(_without_force_caps(study.deployment), console or silent()).check()
+    check_some_optimum(_without_force_caps(study.deployment), console or silent())
 
 
 def run(

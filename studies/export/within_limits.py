@@ -128,11 +128,11 @@ def law_within(
     from studies.truss.motions.laws import law_of, study_of
     from studies.truss.motions.starts import bezier_start
     from studies.truss.problem import needs_forces, settings_of, state
-    from studies.truss.search.motion_search import Search
+    from studies.truss.search.proofs import check_some_optimum
 
     stored = study_of(result)
     # what is impossible by proof is said with the limits as the user states them
-    Search(dataclasses.replace(stored, drive=drive), silent()).check()
+    check_some_optimum(dataclasses.replace(stored, drive=drive), silent())
 
     within, reserve = limits
     caps = dataclasses.replace(stored.caps, least_tension=stored.caps.least_tension + tension)

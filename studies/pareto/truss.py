@@ -49,7 +49,7 @@ from studies.truss.motions.starts import start_from_law
 from studies.truss.problem import Statement, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.best_law import best_law
-from studies.truss.search.motion_search import Search
+from studies.truss.search.proofs import PhasePlanes, check_some_motion, open_limit
 from studies.truss.search.smoothness import first_price
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
@@ -156,10 +156,10 @@ class TrussFront:
         """
         for name in (self.limited, self.least):
             if name in OBJECTIVES:
-                Search(self.minimising(name), self.console).check_feasible()
+                check_some_motion(self._planes(self.minimising(name)))
         if self.study.pareto.range is not None:
             for limit in self.study.pareto.range:
-                Search(self.at(limit), self.console).check_feasible()
+                check_some_motion(self._planes(self.at(limit)))
 
     @functools.cached_property
     def open_ends(self) -> dict[str, Unattained]:
@@ -167,10 +167,13 @@ class TrussFront:
         found = {}
         for name in (self.limited, self.least):
             if name in OBJECTIVES:
-                search = Search(self.minimising(name), self.console)
-                if (least := search.unattained) is not None:
+                least = open_limit(self._planes(self.minimising(name)))
+                if least is not None:
                     found[name] = least
         return found
+
+    def _planes(self, study: TrussStudy) -> PhasePlanes:
+        return PhasePlanes(study, self.console.progress)
 
     def minimising(self, name: str) -> TrussStudy:
         """The study with an objective of its own, and no limit."""

@@ -44,7 +44,7 @@ from studies.truss.motions.laws import law_of, pinned_bezier
 from studies.truss.motions.starts import starting_motion
 from studies.truss.problem import ROPE_FORCE, Statement, bound_names, settings_of, state
 from studies.truss.quantities import QUANTITIES
-from studies.truss.search.motion_search import Search
+from studies.truss.search.proofs import PhasePlanes, check_some_optimum, proven_bounds
 from studies.truss.search.relaxation import RELAXED
 from studies.truss.search.smoothness import first_price
 
@@ -94,7 +94,7 @@ def check(study: RobustTrussStudy, console: Console | None = None) -> None:
     study = with_corners(study, Deployment("Bezier", pinned_bezier(truss, duration), truss))
     for name in study.scenarios:
         try:
-            Search(alone(study, name), console or silent()).check()
+            check_some_optimum(alone(study, name), console or silent())
         except StudyError as error:
             raise StudyError(f"scenario {named(study, name)}: {error}", error.exit_code) from error
 
@@ -122,10 +122,10 @@ def bounds(study: RobustTrussStudy, scenarios: Iterable[str]) -> dict[str, float
     """
     found = {}
     for name in scenarios:
-        search = Search(alone(study, name), silent())
-        found[name] = search.bounds["peak-force"]
-        if search.interrupted:
+        proven = proven_bounds(PhasePlanes(alone(study, name), silent().progress))
+        if proven.interrupted:
             raise KeyboardInterrupt
+        found[name] = proven.values["peak-force"]
     return found
 
 

@@ -32,7 +32,8 @@ from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, p
 from studies.truss.motions.laws import knots, law_of_result, paper_laws_of
 from studies.truss.rope import rope_of
 from studies.truss.search.best_motion import BestMotion
-from studies.truss.search.motion_search import Search
+from studies.truss.search.motion_search import best_motion
+from studies.truss.search.proofs import PhasePlanes, check_some_optimum
 
 _AT_THE_SHORTEST = 1e-6  # of the range of durations: a least time so close to its end is that end
 KNOTS = {
@@ -43,25 +44,12 @@ KNOTS = {
 }
 
 
-def check(study: TrussStudy, console: Console) -> Search:
-    """Refuse what no motion meets or attains; return the search that has looked into that.
-
-    Raises
-    ------
-    StudyError
-        With the nearest value that works.
-    """
-    search = Search(study, console, confirms=True)
-    search.check()
-    return search
-
-
 def run(
     study: TrussStudy,
     console: Console | None = None,
     neighbour: Result | None = None,
     *,
-    checked: Search | None = None,
+    checked: PhasePlanes | None = None,
     kept: FinishedSteps = NOTHING_KEPT,
 ) -> Result:
     """Find the optimal deployment, compare it with the paper's laws, and verify it.
@@ -74,8 +62,8 @@ def run(
         Where lines of progress go: standard error by default. `silent()` shows none.
     neighbour : Result, optional
         Of a like study: its motion is the first to start from, before the laws of this study.
-    checked : Search, optional
-        As `check` gives it, so that nothing is looked into twice.
+    checked : PhasePlanes, optional
+        As `check_some_optimum` gives it, so that nothing is looked into twice.
     kept : FinishedSteps, optional
         Where finished steps go to, and come from.
 
@@ -90,10 +78,15 @@ def run(
         If no motion meets the caps, none of those that do is best, or none was found.
     """
     with at_work(console) as told:
-        search = check(study, told) if checked is None else checked
-        search.neighbour = None if neighbour is None else law_of_result(neighbour)
-        search.kept = kept
-        return result_of(study, search.run())
+        best = best_motion(
+            study,
+            told,
+            planes=check_some_optimum(study, told) if checked is None else checked,
+            neighbour=None if neighbour is None else law_of_result(neighbour),
+            confirms=True,
+            kept=kept,
+        )
+        return result_of(study, best)
 
 
 def result_of(study: TrussStudy, best: BestMotion) -> Result:

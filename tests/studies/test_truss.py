@@ -25,13 +25,14 @@ from studies.common.keys import key_lines
 from studies.common.result import Result
 from studies.paper.cases import DEPLOYED, WITH_FRICTION
 from studies.truss import figures
+from studies.truss import study as truss_study
 from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.figures import all_figures, angle_figure
 from studies.truss.limits.bounds import least_time, least_work
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, columns_at, profile
 from studies.truss.motions.laws import knots, paper_laws, pinned_bezier, stored_law
-from studies.truss.search.motion_search import Search
+from studies.truss.search.motion_search import best_motion
 from studies.truss.study import run
 
 T = 140.0  # s
@@ -90,7 +91,7 @@ def test_the_jerk_limited_optimum_from_any_mesh(jerk: float, intervals: int) -> 
         "solver": {"intervals": intervals, "starts": ["bezier"]},
     }
     study = study_from(raw)
-    outcome = Search(study, Console(io.StringIO(), io.StringIO())).run()
+    outcome = best_motion(study, Console(io.StringIO(), io.StringIO()))
     bound = least_peak_acceleration(D, T, jerk=study.caps.jerk)
     assert outcome.deployment.values["peak-acceleration"] == pytest.approx(bound, rel=1e-5)
     ((_, epigraph, dense),) = outcome.solution.verification.peaks
@@ -220,7 +221,7 @@ def test_a_stored_study_is_reported_exported_and_drawn_without_solving(
     def refuse(*_: object, **__: object) -> None:
         pytest.fail("a stored result was solved again")
 
-    monkeypatch.setattr(Search, "run", refuse)
+    monkeypatch.setattr(truss_study, "best_motion", refuse)
     monkeypatch.setattr(
         figures, "all_figures", lambda laws, caps: [("angle", angle_figure(laws, caps))]
     )
@@ -294,10 +295,10 @@ def test_every_key_is_documented_with_unit_and_default() -> None:
 def test_a_study_that_failed_leaves_an_incomplete_result(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(_: Search) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise StudyError("no motion was found", ExitCode.NOT_SOLVED)
 
-    monkeypatch.setattr(Search, "run", fail)
+    monkeypatch.setattr(truss_study, "best_motion", fail)
     out = tmp_path / "out"
     assert main([*MAIN, "--results", str(out)]) == ExitCode.NOT_SOLVED
     assert json.loads((out / "failure.json").read_text())["code"] == "NOT_SOLVED"

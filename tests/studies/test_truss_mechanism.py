@@ -3,13 +3,14 @@
 import dataclasses
 import io
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from models.truss import DYNAMIC_SET, rope_travel
-from ocp import Problem, Relaxation, relaxed
+from ocp import OcpError, Problem, Relaxation, Trial, relaxed
 from studies.cli import main
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -20,10 +21,13 @@ from studies.truss.limits.bounds import least_time_of_the_mechanism, lower_bound
 from studies.truss.limits.caps import CAPPED, Caps, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap, unattained
 from studies.truss.motions.laws import paper_laws
+from studies.truss.problem import needs_forces
 from studies.truss.quantities import QUANTITIES
-from studies.truss.search import missed_cap, relaxation
+from studies.truss.search import missed_cap, motion_search, relaxation
 from studies.truss.search.missed_cap import CapsMissedError
-from studies.truss.search.motion_search import Search
+from studies.truss.search.motion_search import best_motion
+from studies.truss.search.proofs import PhasePlanes, check_some_optimum
+from studies.truss.search.question import Question
 from studies.truss.study import run
 
 T = 10.0
@@ -37,6 +41,12 @@ def stated(drive: Drive | None = None, minimise: str = "peak-acceleration", **ca
 
 def nothing() -> None:
     raise StudyError("no phase plane")
+
+
+def first_problem(study: TrussStudy) -> Problem:
+    planes, console = PhasePlanes(study, str), Console()
+    question = Question(planes=planes, console=console, with_forces=needs_forces(study))
+    return question.problem_from_start("bezier")
 
 
 def test_limits_of_the_drive_are_caps_and_the_lower_one_holds() -> None:
@@ -169,20 +179,21 @@ def test_where_nothing_is_found_under_a_torque_speed_curve_the_next_cap_is_relax
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Without the curve there is no load, so that it cannot be the cap that is taken away."""
+
+    def failing(*, starts: dict[str, Any], finished: Callable[[Trial], None], **_: Any) -> None:
+        for name in list(starts)[:2]:  # the budget ended in the second start
+            finished(Trial(name, None, OcpError("no motion"), math.nan, 0.0))
+        raise OcpError("budget")
+
+    monkeypatch.setattr(motion_search, "audit", failing)
+    monkeypatch.setattr(motion_search, "solved_soon", lambda *_, **__: (None, False))
     drive = dataclasses.replace(DRUM, torque_speed=((50.0, 0.6), (150.0, 0.1)))
-    search = Search(stated(drive, "peak-motor-load", reaction=20.0, rope_jerk=3.0), Console())
-    relaxed: list[str] = []
-
-    def solved(found: Search) -> None:
-        relaxed.extend(found.study.objectives)
-        raise StudyError("no motion", ExitCode.NOT_SOLVED)
-
-    monkeypatch.setattr(Search, "run", solved)
-    # the budget ended in the second start
-    search._started = 2
+    study = stated(drive, "peak-motor-load", reaction=20.0, rope_jerk=3.0)
+    told = io.StringIO()
     with pytest.raises(StudyError, match="from 2 of 5 starts, as the seconds ended") as raised:
-        search._from_the_least_relaxation(["bezier", *"abcd"], ValueError("budget"))
-    assert relaxed == ["peak-rope-jerk"]
+        best_motion(study, Console(progress_to=told))
+    relaxed = [line for line in told.getvalue().splitlines() if "is the least under" in line]
+    assert relaxed[0].endswith("the other caps: peak rope jerk")
     assert raised.value.exit_code is ExitCode.NOT_SOLVED
     assert "a stronger motor, another gear ratio" in str(raised.value)
 
@@ -197,10 +208,10 @@ def test_a_cap_below_the_least_found_ends_the_search_before_its_other_starts(
         minimise="peak-acceleration", duration=5.0, caps=Caps(jerk=1.6, rope_speed=1.75)
     )
     told = io.StringIO()
-    search = Search(study, Console(progress_to=told))
-    search.check()
+    console = Console(progress_to=told)
+    planes = check_some_optimum(study, console)
     with pytest.raises(CapsMissedError, match=r"1\.81\d* m/s is the least found for") as raised:
-        search.run()
+        best_motion(study, console, planes=planes)
     assert raised.value.exit_code is ExitCode.NOT_SOLVED
     assert "above its cap of 1.75 m/s" in str(raised.value)
     assert "no proof" in str(raised.value)
@@ -216,7 +227,7 @@ def test_a_cap_above_the_least_found_is_searched_to_the_end(
     options = SolverOptions(starts=("bezier",), intervals=12)
     study = TrussStudy(minimise="peak-acceleration", duration=5.0, caps=caps, solver=options)
     told = io.StringIO()
-    values = Search(study, Console(progress_to=told)).run().deployment.values
+    values = best_motion(study, Console(progress_to=told)).deployment.values
     assert "looking for what is the least under the other caps: peak rope speed" in told.getvalue()
     assert values["peak-rope-speed"] == pytest.approx(2.0, rel=1e-5)
 
@@ -231,8 +242,8 @@ def test_a_cap_above_the_least_found_is_searched_to_the_end(
 def test_bars_are_named_in_bounds(friction: float, bars: set[str]) -> None:
     study = stated(bar_force=60.0)
     truss = dataclasses.replace(study.truss, pulley_friction=friction)
-    statement = Search(dataclasses.replace(study, truss=truss), Console())._stated("bezier")
-    names = {bound.name for phase in statement.phases for bound in phase.bounds}
+    problem = first_problem(dataclasses.replace(study, truss=truss))
+    names = {bound.name for phase in problem.phases for bound in phase.bounds}
     assert {f"largest force in a bar ({bar})" for bar in bars} <= names
 
 
@@ -249,7 +260,7 @@ def test_where_the_truss_begins_and_ends_does_not_give_way(
     study = TrussStudy(
         minimise="peak-acceleration", duration=5.0, caps=Caps(jerk=1.6, rope_speed=1.5)
     )
-    found = relaxation.relaxation_in_words(Search(study, Console())._stated("bezier"), str)
+    found = relaxation.relaxation_in_words(first_problem(study), str)
     assert "peak rope speed' from 1.5 to 1.8" in found
     assert {name.split(": ")[1] for name in kept} == {
         f"{state} {end}"

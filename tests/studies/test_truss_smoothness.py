@@ -1,15 +1,15 @@
 """The price of smoothness: how it is lowered, and what is said of what is left."""
 
-import io
 from dataclasses import replace
 
 import pytest
 
 from ocp import Accuracy, AdaptiveMesh, Settings, SolveFailed, solve
-from studies.common.console import Console
+from studies.common.console import silent
 from studies.truss.config import study_from
 from studies.truss.search import smoothness
-from studies.truss.search.motion_search import Search
+from studies.truss.search.proofs import PhasePlanes
+from studies.truss.search.question import Question
 from studies.truss.search.smoothness import SHARE, at_a_light_price, price_in_words, share_of
 
 # the share of the price is the same to three digits on finer meshes
@@ -22,10 +22,10 @@ ROUGH = study_from({"minimise": "peak-force", "duration": 4.0, "caps": {"jerk": 
 @pytest.fixture(scope="module")
 def priced():
     """The problem, its statement and a first motion at its first price."""
-    search = Search(ROUGH, Console(io.StringIO(), io.StringIO()))
-    search._with_forces = True
-    problem = search._stated("bezier")
-    return problem, search._statements[problem], solve(problem, settings=COARSE)
+    planes = PhasePlanes(ROUGH, silent().progress)
+    question = Question(planes=planes, console=silent(), with_forces=True)
+    problem = question.problem_from_start("bezier")
+    return problem, question.statements[problem], solve(problem, settings=COARSE)
 
 
 @pytest.mark.slow

@@ -87,6 +87,24 @@ class HardCap:
             ExitCode.NOT_SOLVED,
         )
 
+    def kept_by(self, least: BestMotion) -> bool:
+        """Whether the motion with the least of it keeps the cap."""
+        return least.deployment.values[self.key] <= self.value
+
+    def needed(self, least: BestMotion) -> str:
+        """What would have to be allowed, by the motion with the least of it."""
+        value, title, unit = (
+            least.deployment.values[self.key],
+            self.quantity.title,
+            self.quantity.unit,
+        )
+        if self.kept_by(least):
+            return f"a motion with a {title} of {value:.6g} {unit} meets the caps"
+        return (
+            f"under the other caps {up(value)} {unit} is the least found for the {title} (local): "
+            f"raise its cap to that, or loosen another one{self.margins_in_words(least)}"
+        )
+
     def margins_in_words(self, least: BestMotion) -> str:
         """The margins to ask for, where these are what is missed; else nothing."""
         travel = travel_of(least.deployment) if self.key == "peak-stall-force" else None
@@ -156,11 +174,7 @@ def together(
 
 def hard_cap(study: TrussStudy) -> HardCap | None:
     """The first of the caps in `HARD` that a study has."""
-    for key in HARD:
-        cap = cap_on(study.caps, study.drive, key)
-        if cap is not None:
-            return HardCap(key, cap)
-    return None
+    return next(iter(hard_caps(study)), None)
 
 
 def curve_in_words(study: TrussStudy) -> str:

@@ -33,16 +33,12 @@ class StoppedFront:
 def test_a_search_that_the_user_stopped_gives_no_end_of_a_front(raised, monkeypatch):
     """Whether the search has a motion by then, or raises for want of one."""
 
-    class Search:
-        def __init__(self, *arguments, **named):
-            pass
+    def stopped(*_, **__):
+        if raised:
+            raise StudyError("interrupted", ExitCode.INTERRUPTED)
+        return SimpleNamespace(interrupted=True, deployment=None)
 
-        def run(self):
-            if raised:
-                raise StudyError("interrupted", ExitCode.INTERRUPTED)
-            return SimpleNamespace(interrupted=True, deployment=None)
-
-    monkeypatch.setattr(searches, "Search", Search)
+    monkeypatch.setattr(searches, "best_motion", stopped)
     with pytest.raises(KeyboardInterrupt):
         searches.best_law(None, silent())
 

@@ -1,0 +1,192 @@
+"""What is proven before a motion is sought: caps that none meets, limits, lower bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from studies.common.console import Console
+from studies.common.exit_codes import StudyError
+from studies.drive.motor import rotor_mass
+from studies.truss.config import TrussStudy
+from studies.truss.limits.bounds import lower_bounds
+from studies.truss.limits.feasibility import (
+    Unattained,
+    check_feasible,
+    force_cap,
+    motor_force_cap,
+    unattained,
+)
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.motions.phase_plane import LeastForce, PhasePlane
+
+
+@dataclass(frozen=True, eq=False)
+class PhasePlanes:
+    """The phase planes of a study; each number is worked out once, when it is first asked for.
+
+    Attributes
+    ----------
+    study : TrussStudy
+    progress : callable
+        Receives a line before work that takes seconds.
+    """
+
+    study: TrussStudy
+    progress: Callable[[str], None]
+
+    def least_force(self) -> LeastForce:
+        """The bound of the rope force.
+
+        Raises
+        ------
+        StudyError
+            If it cannot be had for this truss.
+        """
+        return _or_raised(self._force_or_why)
+
+    def least_pull(self) -> LeastForce:
+        """The bound of the force of a motor with a rotor.
+
+        Raises
+        ------
+        StudyError
+            If it cannot be had for this truss or drum.
+        """
+        return _or_raised(self._pull_or_why)
+
+    @cached_property
+    def least_time(self) -> float:
+        """T_min [s] under the caps on the forces of rope and motor; 0 without such caps."""
+        cap, motor_cap = force_cap(self.study), motor_force_cap(self.study)
+        times = [0.0] if cap is None else [self._of_the_rope.least_time(cap)]
+        if motor_cap is not None and has_rotor(self.study):
+            times.append(self._of_the_motor.least_time(motor_cap))
+        return max(times)
+
+    @cached_property
+    def _of_the_rope(self) -> PhasePlane:
+        from studies.truss.motions.phase_plane import PhasePlane
+
+        return PhasePlane(self.study.truss)
+
+    @cached_property
+    def _of_the_motor(self) -> PhasePlane:
+        """That of a motor with a rotor, which is a mass on the rope if its drum has one layer."""
+        from studies.truss.motions.phase_plane import PhasePlane
+
+        drive = self.study.drive
+        if drive is not None and drive.rope_diameter is not None:
+            raise StudyError("The phase plane gives no bound for a drum of several layers.")
+        return PhasePlane(self.study.truss, rotor_mass(drive, 0.0))
+
+    @cached_property
+    def _force_or_why(self) -> LeastForce | StudyError:
+        self.progress("phase plane: least force without further caps")
+        return self._least_or_why(lambda: self._of_the_rope)
+
+    @cached_property
+    def _pull_or_why(self) -> LeastForce | StudyError:
+        self.progress("phase plane: least force of the motor with its rotor")
+        return self._least_or_why(lambda: self._of_the_motor)
+
+    def _least_or_why(self, plane: Callable[[], PhasePlane]) -> LeastForce | StudyError:
+        """The least force in the longest duration, or why there is none."""
+        try:
+            return plane().least_force(self.study.duration[1])
+        except StudyError as error:
+            return error
+
+
+def _or_raised(found: LeastForce | StudyError) -> LeastForce:
+    if isinstance(found, StudyError):
+        raise found
+    return found
+
+
+def has_rotor(study: TrussStudy) -> bool:
+    """Whether the motor has a rotor, whose momentum helps the rope."""
+    return study.drive is not None and study.drive.motor_inertia > 0.0
+
+
+def check_some_motion(planes: PhasePlanes) -> None:
+    """Refuse caps that no motion meets.
+
+    Raises
+    ------
+    StudyError
+        With the nearest value that works.
+    """
+    check_feasible(planes.study, planes.least_force, planes.least_pull)
+
+
+def open_limit(planes: PhasePlanes) -> Unattained | None:
+    """The least value of a study's only objective where no motion attains it."""
+    return unattained(planes.study, planes.least_force, planes.least_pull)
+
+
+def check_some_optimum(study: TrussStudy, console: Console) -> PhasePlanes:
+    """Refuse caps that no motion meets, and optima that none attains; return what was worked out.
+
+    Raises
+    ------
+    StudyError
+        With the nearest value that works.
+    """
+    planes = PhasePlanes(study, console.progress)
+    check_some_motion(planes)
+    if (limit := open_limit(planes)) is not None:
+        raise limit.refusal
+    return planes
+
+
+@dataclass(frozen=True)
+class ProvenBounds:
+    """What no motion beats.
+
+    Attributes
+    ----------
+    values : by quantity.
+    remarks : what to say of bounds that could not be had.
+    interrupted : whether the user stopped it, so that only closed forms are among them.
+    """
+
+    values: Mapping[str, float]
+    remarks: tuple[str, ...] = ()
+    interrupted: bool = False
+
+    def first(self, study: TrussStudy) -> float | None:
+        """That of a study's first objective; None where there is none, as of a weighted sum."""
+        first = study.minimise[0]
+        return self.values.get(next(iter(first))) if len(first) == 1 else None
+
+
+def bounds_in_closed_form(study: TrussStudy, *, interrupted: bool = False) -> ProvenBounds:
+    """Bounds that take no work."""
+    return ProvenBounds(lower_bounds(study, None), interrupted=interrupted)
+
+
+def proven_bounds(planes: PhasePlanes) -> ProvenBounds:
+    """Lower bounds by quantity; the phase plane only where it can matter."""
+    study = planes.study
+    if study.arm is not None:  # the phase plane is that of a ring whose fixed bar is held
+        return bounds_in_closed_form(study)
+
+    objectives, rotor = set(study.objectives), has_rotor(study)
+    of_the_motor = {"peak-motor-force", "peak-motor-torque", "peak-factored-force"}
+    least_time, force, motor = 0.0, None, None
+    remarks, interrupted = tuple[str, ...](), False
+    try:
+        least_time = planes.least_time
+        if rotor and objectives & of_the_motor:
+            motor = planes.least_pull()
+        of_the_rope = {"peak-force"} if rotor else {"peak-force", *of_the_motor}
+        force = planes.least_force() if objectives & of_the_rope else None
+    except KeyboardInterrupt:  # the motions found so far are worth more than this bound
+        interrupted = True
+    except StudyError as error:  # none to be had
+        remarks = (str(error),)
+    return ProvenBounds(lower_bounds(study, force, least_time, motor=motor), remarks, interrupted)

@@ -1,0 +1,128 @@
+"""What is asked of a search for the best motion, and what all its steps need."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from models.laws import Law
+from ocp import Accuracy, Problem, Settings, Solution
+from studies.common.console import Console
+from studies.common.finished import NOTHING_KEPT, FinishedSteps
+from studies.truss.checks import objective_sizes
+from studies.truss.config import TrussStudy
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import deployment_of, law_of
+from studies.truss.motions.starts import StartingMotion, starting_motion
+from studies.truss.problem import Statement, settings_of, state
+from studies.truss.quantities import OBJECTIVES
+from studies.truss.search.proofs import PhasePlanes
+from studies.truss.search.smoothness import first_price
+
+SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
+SAME_WITH_ARM = 2e-3  # the same with an arm, whose optima are known to 1e-3
+LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Question:
+    """A study whose best motion is asked for.
+
+    Attributes
+    ----------
+    planes : PhasePlanes
+        Of the study.
+    console : Console
+        Where lines of progress go.
+    with_forces : bool
+        Whether the rope force is part of the problem.
+    neighbour : law, optional
+        Motion of a like study, from which the first start begins.
+    enough : float, optional
+        A value of the first objective that ends the search. Then about the least value is all that
+        is asked: without bounds, and at the first price of the roughness.
+    accuracy : Accuracy, optional
+        Of the motions; that of a result by default.
+    confirms : bool
+        Whether the motion is solved a second time, in another way, because it will be printed.
+    kept : FinishedSteps
+        Where finished steps go to, and come from.
+    begin : float
+        When the search began, by the monotonic clock [s].
+    statements : dict of Problem to Statement
+        Of all problems that have been stated.
+    """
+
+    planes: PhasePlanes
+    console: Console
+    with_forces: bool
+    neighbour: Law | None = None
+    enough: float | None = None
+    accuracy: Accuracy | None = None
+    confirms: bool = False
+    kept: FinishedSteps = NOTHING_KEPT
+    begin: float = field(default_factory=clock.monotonic)
+    statements: dict[Problem, Statement] = field(default_factory=dict)
+
+    @property
+    def study(self) -> TrussStudy:
+        """The study."""
+        return self.planes.study
+
+    @property
+    def same(self) -> float:
+        """Relative distance of two optima within which they are one."""
+        return SAME_BASIN if self.study.arm is None else SAME_WITH_ARM
+
+    @property
+    def left(self) -> float:
+        """What is left of the seconds that the search may take, negative when they are over."""
+        return self.study.solver.seconds - (clock.monotonic() - self.begin)
+
+    def some_left(self) -> float:
+        """The same, and a little where nothing is left."""
+        return max(self.left, LEAST_LEFT * self.study.solver.seconds)
+
+    @property
+    def kind(self) -> str:
+        """Name of the problem in files of finished starts."""
+        return "forces" if self.with_forces else "motion"
+
+    @cached_property
+    def settings(self) -> Settings:
+        """How the engine solves."""
+        return settings_of(self.study, self.with_forces, self.accuracy)
+
+    @cached_property
+    def weights(self) -> dict[str, float]:
+        """References by which to divide; single objectives keep their own units."""
+        single = all(len(stage) == 1 for stage in self.study.minimise)
+        return dict.fromkeys(OBJECTIVES, 1.0) if single else objective_sizes(self.study)
+
+    def problem_from(self, start: StartingMotion) -> Problem:
+        """The problem as it is stated for a motion to start from."""
+        price = first_price(self.study, 0, self.weights, self.with_forces)
+        statement = state(self.study, start, self.weights, self.with_forces, price)
+        problem = statement.problem()
+        self.statements[problem] = statement
+        return problem
+
+    def problem_from_start(self, name: str) -> Problem:
+        """The same for one of the study's starts."""
+        return self.problem_from(starting_motion(name, self.study, self.planes.least_force))
+
+    def value(self, problem: Problem, solution: Solution) -> float:
+        """The first objective of the replay, as it is reported: without the price of roughness."""
+        return solution.value(self.statements[problem].stages[0], replayed=True)
+
+    def deployment(self, solution: Solution, stated: Problem | None = None) -> Deployment:
+        """The motion of a solution.
+
+        Parameters
+        ----------
+        stated : Problem, optional
+            The one that the solution's own problem was made from, if that is another one.
+        """
+        statement = self.statements[solution.problem if stated is None else stated]
+        return deployment_of("optimal", law_of(self.study, statement, solution), self.study)
