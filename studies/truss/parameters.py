@@ -13,7 +13,8 @@ from studies.common.parameters import ParameterLine, in_words, stated_parameters
 from studies.truss.carrier import CarryingArm
 from studies.truss.config import LOADS
 
-ASSUMED = ("linear_density", "joint_masses", "counting")  # the paper gives none of them
+# the paper gives none of them
+ASSUMED = ("linear_density", "elastic_modulus", "joint_masses", "counting")
 
 
 def parameters_of(configuration: Mapping[str, Any]) -> list[ParameterLine]:

@@ -46,8 +46,10 @@ def test_a_report_lists_the_loads_that_are_stated_and_no_others() -> None:
     lines = {line.name: line.value for line in parameters_of(as_dictionary(study()))}
     assert lines["gravity"] == "-9.81, 0, 0"
     assert lines["other pulleys"] == "9, 2, 0.2"
-    plain = {line.name for line in parameters_of(as_dictionary(study(truss={})))}
-    assert not {"gravity", "off load", "measured torque", "joint coulomb"} & plain
+    plain = {line.name: line.source for line in parameters_of(as_dictionary(study(truss={})))}
+    assert not {"gravity", "off load", "measured torque", "joint coulomb"} & set(plain)
+    for name in ("elastic modulus", "linear density"):
+        assert plain[name] == "assumed; the paper gives none"
 
 
 def test_energies_of_a_law_balance_with_all_that_a_bench_adds() -> None:
