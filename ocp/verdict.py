@@ -12,6 +12,7 @@ from collections.abc import Iterator
 
 from ocp.arrays import TINY
 from ocp.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.mesh.algebraic_equations import taken_algebraics
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.refine import Refinement
 from ocp.refinement.solved_mesh import CUT_SHORT
@@ -72,6 +73,13 @@ def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
         yield (
             "the peaks include overshoot between the points of the mesh, which costs "
             f"{refinement.best.raised:.0e} of the objective"
+        )
+    if taken := taken_algebraics(refinement.best.iterate.trajectory, meshes.evaluator):
+        names = ", ".join(f"'{name}'" for name in taken)
+        yield (
+            f"the replay takes {names} from the solution, because no equations of the phase tell "
+            "these values between the points: state as many equations as algebraic variables, each "
+            "with one"
         )
 
 

@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.mesh.algebraic_equations import with_solved_algebraics
 from ocp.mesh.dense_integral import PANELS
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.piecewise_polynomial import Extremes, dense_grid, maxima
@@ -156,7 +157,7 @@ class MotionErrors:
     transcription : Transcription
         What the motion is held to: dynamics, constraints, scales.
     trajectory : Trajectory
-        The motion.
+        The motion. Its algebraic variables solve their equations between the points, too.
     evaluator : Evaluator
         Of the problem.
     parameters : Parameters
@@ -167,6 +168,10 @@ class MotionErrors:
     trajectory: Trajectory
     evaluator: Evaluator
     parameters: Parameters
+
+    def __post_init__(self) -> None:
+        solved = with_solved_algebraics(self.trajectory, self.evaluator)
+        object.__setattr__(self, "trajectory", solved)
 
     @cached_property
     def limits(self) -> tuple[tuple[tuple[float, float], ...], ...]:

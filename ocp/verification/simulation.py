@@ -3,7 +3,7 @@
 It starts at the initial state. Its steps start again at the breakpoints, where the controls may
 jump. It uses an explicit integrator of `ocp.numerics.integrators`, or the implicit one there if a
 motion is stiff, and its own compiled copy of the dynamics, unscaled and straight from the
-statement.
+statement. At each call of it Newton's method solves the algebraic equations.
 
 The variational equation ``Phi' = df/dx Phi`` along the solution tells how an error made at one time
 grows until another. States are in units of their sizes. A forward replay of a motion that amplifies
@@ -23,14 +23,15 @@ import numpy as np
 
 from ocp.accuracy import SLACK, Accuracy
 from ocp.arrays import TINY, Array
-from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
+from ocp.mesh.algebraic_equations import algebraic_values, solved_algebraics
+from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.columnwise import called, columnwise
 from ocp.numerics.integrators import accumulated, backward_differences, driven_step
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
 from ocp.problem.instants import within
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME
+from ocp.problem.symbols import TIME, column_of
 
 # Steps of an interval in the first run, and samples of an interval that are kept: their polynomial
 # of degree 8 follows the motion as closely as the integrator of order 8 does.
@@ -280,12 +281,19 @@ def _sampled(phase: PhaseTrajectory) -> tuple[Array, Array]:
 def _dynamics(
     problem: Problem, statement: Phase, phase: PhaseTrajectory, trajectory: Trajectory
 ) -> ca.Function:
-    """``(x, u, t) -> f`` with unknowns and constants put in; u are all signals but the states."""
+    """``(x, u, t) -> f`` with unknowns and constants put in; u are all signals but the states.
+
+    Algebraic variables solve their equations at each call, and start at those of the solution.
+    """
     symbols = {signal.name: signal.symbol for signal in problem.signals[statement.name]}
     x = [symbols[name] for name in phase.states]
     u = [symbols[name] for name in phase.signals[len(phase.states) :]]
 
     rates = ca.vertcat(*statement.dynamics.values())
+    algebraics = problem.algebraics[statement.name]
+    if algebraics and algebraic_values(trajectory, phase, Evaluator(problem)) is not None:
+        solved = solved_algebraics(problem, statement.name)
+        rates = ca.substitute(rates, column_of(algebraics), solved)
     numbers = [s.symbol for s in (*problem.unknowns, *problem.constants)]
     values = [trajectory.unknowns[s.name] for s in problem.unknowns]
     values += [trajectory.constants[s.name] for s in problem.constants]

@@ -39,6 +39,7 @@ import numpy as np
 from ocp.accuracy import SLACK, Accuracy
 from ocp.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.estimates.promised_gain import effect_of_excess
+from ocp.mesh.algebraic_equations import with_solved_algebraics
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
@@ -95,18 +96,19 @@ class ReplayedAnswer:
             simulated = simulate(
                 form.problem, motion, error_sizes(iterate.parameters, motion, sizes), most=most
             )
-            again = replayed(motion, simulated)
+            again = with_solved_algebraics(replayed(motion, simulated), evaluator)
             return cls(form, simulated, again, again, evaluator, evaluator)
 
         parameters = parameters_of(form.statement, motion.constants)
         stated = error_sizes(parameters, motion, {**_sizes(motion), **_same(form, sizes)})
         simulated = simulate(form.statement, motion, stated, most=most)
-        again = replayed(motion, simulated)
+        stated_evaluator = Evaluator(form.statement)
+        again = with_solved_algebraics(replayed(motion, simulated), stated_evaluator)
         own = simulated
         if any(state in form.back for phase in form.statement.phases for state in phase.states):
             own = simulate(form.problem, iterate.trajectory, sizes, most=most)
-        solved = replayed(iterate.trajectory, own)
-        return cls(form, simulated, again, solved, Evaluator(form.statement), evaluator)
+        solved = with_solved_algebraics(replayed(iterate.trajectory, own), evaluator)
+        return cls(form, simulated, again, solved, stated_evaluator, evaluator)
 
 
 def _same(form: Form, sizes: dict[str, float]) -> dict[str, float]:
