@@ -27,7 +27,7 @@ from studies.drive.playback import (
 from studies.drive.schema import Drive
 from studies.margin.available import standstill_kernel
 from studies.margin.travel import need_kernel
-from studies.truss.checks import ROWS, broken_caps, cap_of
+from studies.truss.checks import broken_caps, cap_of
 from studies.truss.config import TrussStudy
 from studies.truss.quantities import QUANTITIES
 
@@ -89,7 +89,7 @@ def beyond_caps(
     replayed : at the same times.
     drive : whose motor hauls the rope in.
     """
-    capped = [key for key in ROWS if cap_of(study, key) is not None]
+    capped = [key for key in QUANTITIES if cap_of(study, key) is not None]
     values = _values(output, replayed, drive, study, capped)
     broken = broken_caps(study, values)
     found = []

@@ -30,7 +30,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.mission.config import MissionStudy
 from studies.truss.config import TrussStudy
-from studies.truss.expressions import expressions
+from studies.truss.expressions import Instant
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
@@ -352,8 +352,8 @@ def _ring_motion(
 
     pieces: list[tuple[Any, Any]] = []
     for phase, net in zip(statement.phases, statement.nets, strict=True):
-        known = expressions(truss, statement.signals, net)
-        pieces += [(phase, known[key][0] / cap) for key, cap in caps.items()]
+        at = Instant(truss, statement.signals, net)
+        pieces += [(phase, QUANTITIES[key].expression(at)[0] / cap) for key, cap in caps.items()]
     objective = peak(*pieces, name="utilisation", absolute=True)
     if statement.price is not None:
         objective = objective + statement.price.symbol * statement.roughness

@@ -20,34 +20,6 @@ from studies.truss.motions.laws import paper_laws_of
 from studies.truss.quantities import OBJECTIVES, QUANTITIES, Quantity
 
 ARM_ROWS = 1201  # even instants at which what the arm does is looked at
-# of the table, in an order that reads well; a quantity that is not listed comes last
-_ORDER = (
-    "time",
-    "peak-speed",
-    "peak-acceleration",
-    "peak-jerk",
-    "peak-rope-speed",
-    "peak-rope-acceleration",
-    "peak-rope-jerk",
-    "peak-force",
-    "peak-far-end-tension",
-    "least-tension",
-    "peak-bar-force",
-    "peak-buckling-load",
-    "peak-power",
-    "energy",
-    "peak-factored-force",
-    "peak-stall-force",
-    "peak-motor-force",
-    "peak-motor-speed",
-    "peak-motor-torque",
-    "peak-motor-load",
-    "peak-reaction",
-    "residual-energy",
-    "peak-root-moment",
-    "peak-root-momentum",
-)
-ROWS = tuple(dict.fromkeys((*_ORDER, *QUANTITIES)))
 
 
 def table_rows(
@@ -69,7 +41,7 @@ def table_rows(
             better=QUANTITIES[key].better,
             broken_by=tuple(name for name, excess in broken.items() if key in excess),
         )
-        for key in ROWS
+        for key in QUANTITIES
         if key in laws[0].values
     ]
     return (*_weighted_sums(study, laws), *rows)
@@ -116,12 +88,12 @@ def broken_caps(study: TrussStudy, values: Mapping[str, float]) -> dict[str, flo
     A rope that pushes, with a least tension of 0, does so relative to the peak rope force.
     """
     broken = {}
-    for key in ROWS:
+    for key, quantity in QUANTITIES.items():
         cap, value = cap_of(study, key), values.get(key, math.nan)
         if cap is None or math.isnan(value):
             continue
         # a tension is a small share of the motor's force, and accurate to a share of it
-        least = key == "least-tension"
+        least = quantity.kind == "least"
         excess = cap - value if least else value - cap
         allowed = TENSION * values["peak-force"] if least else CAPS * cap
         if excess > allowed:

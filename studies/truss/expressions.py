@@ -1,4 +1,4 @@
-"""Every quantity of a deployment as an expression of the problem's signals.
+"""An instant of the problem's motion: expressions of its signals, for the rows of quantities.
 
 Objectives take their peaks, and caps bound them. None of them grows with the number of modules.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import namedtuple
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -35,20 +36,6 @@ from studies.truss.config import TrussStudy
 
 if TYPE_CHECKING:
     from ocp import Control, State
-
-AT_THE_ROOT = ("peak-root-moment", "peak-root-momentum")
-
-# whose greatest modulus counts; all others are never negative in a deployment, or may be
-OF_BOTH_SIGNS = frozenset(
-    (
-        "peak-acceleration",
-        "peak-rope-acceleration",
-        "peak-rope-jerk",
-        "peak-reaction",
-        "peak-bar-force",
-        *AT_THE_ROOT,
-    )
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,80 +132,166 @@ def force_of_acceleration(truss: TrussParameters, alpha: Any) -> Any:
     return -force_coefficients(truss, alpha).inertial / rope_speed(truss, alpha, 1.0)
 
 
-def expressions(
-    study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None = None
-) -> Mapping[str, tuple[Any, ...]]:
-    """What is limited or minimised, by quantity; the largest of several counts.
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """An instant of a motion, in expressions. What the drive or the margins lack is empty.
 
-    Parameters
+    Attributes
     ----------
     net : the branch of the potential.
-    reserve : in force and power of the rope and in what the motor does.
-
-    Returns
-    -------
-    mapping of str to tuple
-        Those of the motor only where the drive is stated, the rope's jerk only where it is limited.
+    reserve : in force and power of the rope and in what the motor does; None for none.
     """
-    truss, drive, margin = signals.truss, study.drive, study.margin
-    alpha, omega = signals.angle.symbol, signals.speed.symbol
-    signal_or_expression = acceleration_in(signals, net)
-    acceleration = getattr(signal_or_expression, "symbol", signal_or_expression)
-    force, held = (
-        getattr(one, "symbol", one)
-        for one in (force_in(signals, net), _force_if_held(signals, net))
-    )
-    speed = -rope_speed(truss, alpha, omega)
-    of_the_rope = rope_acceleration(truss, alpha, omega, acceleration)
-    hauling, hauled_faster, pull = speed, -of_the_rope, force
-    if reserve is not None:
-        hauling = speed + reserve.speed
-        hauled_faster = reserve.acceleration - of_the_rope
-        pull = force + reserve.acceleration * force_of_acceleration(truss, alpha)
-    hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
-    of_the_motor = pull + rotor_force(drive, hauling, hauled_faster, hauled)
 
-    found: dict[str, tuple[Any, ...]] = {
-        "peak-acceleration": (acceleration,),
-        "peak-rope-speed": (speed,),
-        "peak-rope-acceleration": (of_the_rope,),
-        "peak-reaction": (reaction_force(truss, alpha, omega, acceleration),),
-        "peak-force": (pull,),
-        "peak-power": (2 * of_the_motor * hauling,),
-    }
-    # tensions fall along the rope, so that the last segment has the least of all
-    found["least-tension"] = found["peak-far-end-tension"] = (force * far_end_ratio(truss, alpha),)
+    study: TrussStudy
+    signals: Signals
+    net: Net
+    reserve: Reserve | None = None
 
-    if signals.pull is not None:
-        forces, tensions = signals.pull(alpha, omega, acceleration, net)
-        found["peak-force"] = forces
-        found["least-tension"] = found["peak-far-end-tension"] = tensions
+    @property
+    def arm(self) -> ArmSignals:
+        """The arm that carries the ring."""
+        assert self.signals.arm is not None
+        return self.signals.arm
 
-    state = (truss, alpha, omega, acceleration, held, net)
-    bars, shares = extreme_bar_forces(*state), buckling_shares(*state)
-    found["peak-bar-force"] = namedtuple("Bars", bars)(*ca.cse(list(bars.values())))
-    found["peak-buckling-load"] = namedtuple("Shares", shares)(*ca.cse(list(shares.values())))
+    @cached_property
+    def acceleration(self) -> Any:
+        """Of the angle."""
+        found = acceleration_in(self.signals, self.net)
+        return getattr(found, "symbol", found)
 
-    if (arm := signals.arm) is not None:
-        found |= {"peak-root-moment": (arm.moment,), "peak-root-momentum": (arm.momentum,)}
-    if signals.jerk is not None:
-        jerk = rope_jerk(truss, alpha, omega, acceleration, signals.jerk.symbol)
-        found["peak-rope-jerk"] = (jerk,)
-    if margin is not None:
-        motion = alpha, omega, acceleration
-        needed = needed_of_the_motor(margin, truss, *motion, net, drive)
-        found["peak-factored-force"] = needed
-        if at_standstill := needed_at_standstill(margin, drive, truss, *motion, net):
-            found["peak-stall-force"] = at_standstill
-    if drive is not None and drive.drum_radius is not None:
-        shaft = motor_speed(drive, hauling, hauled)
-        torque = motor_torque(drive, of_the_motor, hauled)
-        found |= {
-            "peak-motor-speed": (shaft,),
-            "peak-motor-torque": (torque,),
-            "peak-motor-load": shares_of_the_curve(drive, shaft, torque),
-        }
-        if drive.motor_inertia > 0.0:  # the motor brakes its rotor, too
-            found["peak-motor-torque"] = (torque, -torque)
-            found["peak-motor-force"] = (of_the_motor, -of_the_motor)
-    return found
+    @property
+    def _motion(self) -> tuple[Any, Any, Any]:
+        return self.signals.angle.symbol, self.signals.speed.symbol, self.acceleration
+
+    @cached_property
+    def rope_speed(self) -> Any:
+        """At which one rope is hauled in."""
+        alpha, omega, _ = self._motion
+        return -rope_speed(self.signals.truss, alpha, omega)
+
+    @cached_property
+    def rope_acceleration(self) -> Any:
+        """Second rate of the rope's length."""
+        return rope_acceleration(self.signals.truss, *self._motion)
+
+    @property
+    def rope_jerk(self) -> Any:
+        """Third rate of the rope's length, where the jerk is a signal."""
+        assert self.signals.jerk is not None
+        return rope_jerk(self.signals.truss, *self._motion, self.signals.jerk.symbol)
+
+    @property
+    def reaction(self) -> Any:
+        """On the supporting arm, of a ring on a tip that is held."""
+        return reaction_force(self.signals.truss, *self._motion)
+
+    @cached_property
+    def _force(self) -> Any:
+        found = force_in(self.signals, self.net)
+        return getattr(found, "symbol", found)
+
+    @cached_property
+    def _pull(self) -> Any:
+        """Force of the rope with its reserve."""
+        if self.reserve is None:
+            return self._force
+        more = force_of_acceleration(self.signals.truss, self.signals.angle.symbol)
+        return self._force + self.reserve.acceleration * more
+
+    @cached_property
+    def _of_all_trusses(self) -> tuple[tuple[Any, ...], ...] | None:
+        """Rope forces and tensions at the far end of all trusses that move by the same law."""
+        pull = self.signals.pull
+        return None if pull is None else pull(*self._motion, self.net)
+
+    @property
+    def rope_forces(self) -> tuple[Any, ...]:
+        """At the motor, of each truss."""
+        return (self._pull,) if self._of_all_trusses is None else self._of_all_trusses[0]
+
+    @property
+    def far_end_tensions(self) -> tuple[Any, ...]:
+        """Of the rope's last segment, of each truss."""
+        if self._of_all_trusses is not None:
+            return self._of_all_trusses[1]
+        return (self._force * far_end_ratio(self.signals.truss, self.signals.angle.symbol),)
+
+    @property
+    def bar_forces(self) -> tuple[Any, ...]:
+        """Extremes of the forces in bars, by their names."""
+        return self._by_bar("Bars", extreme_bar_forces)
+
+    @property
+    def buckling_loads(self) -> tuple[Any, ...]:
+        """Parts of the buckling loads of bars, by their names."""
+        return self._by_bar("Shares", buckling_shares)
+
+    def _by_bar(self, name: str, formula: Callable[..., Mapping[str, Any]]) -> tuple[Any, ...]:
+        held = _force_if_held(self.signals, self.net)
+        force = getattr(held, "symbol", held)
+        found = formula(self.signals.truss, *self._motion, force, self.net)
+        return namedtuple(name, found)(*ca.cse(list(found.values())))
+
+    @cached_property
+    def _hauling(self) -> tuple[Any, Any]:
+        """Speed and acceleration at which the motor hauls in, with its reserve."""
+        if self.reserve is None:
+            return self.rope_speed, -self.rope_acceleration
+        more = self.reserve
+        return self.rope_speed + more.speed, more.acceleration - self.rope_acceleration
+
+    @cached_property
+    def _hauled(self) -> Any:
+        """Rope on the drum."""
+        truss = self.signals.truss
+        return rope_length(truss, truss.stowed_angle) - rope_length(
+            truss, self.signals.angle.symbol
+        )
+
+    @cached_property
+    def motor_force(self) -> Any:
+        """Of the motor on each rope, that of its rotor included."""
+        return self._pull + rotor_force(self.study.drive, *self._hauling, self._hauled)
+
+    @property
+    def motor_power(self) -> Any:
+        """Of both motors."""
+        return 2 * self.motor_force * self._hauling[0]
+
+    @cached_property
+    def motor_speed(self) -> Any:
+        """Of one motor's shaft."""
+        assert self.study.drive is not None
+        return motor_speed(self.study.drive, self._hauling[0], self._hauled)
+
+    @cached_property
+    def _torque(self) -> Any:
+        assert self.study.drive is not None
+        return motor_torque(self.study.drive, self.motor_force, self._hauled)
+
+    @property
+    def motor_torques(self) -> tuple[Any, ...]:
+        """Of one motor's shaft; a motor with a rotor brakes it, too."""
+        assert self.study.drive is not None
+        rotor = self.study.drive.motor_inertia > 0.0
+        return (self._torque, -self._torque) if rotor else (self._torque,)
+
+    @property
+    def motor_loads(self) -> tuple[Any, ...]:
+        """Shares of the torque-speed curve."""
+        assert self.study.drive is not None
+        return shares_of_the_curve(self.study.drive, self.motor_speed, self._torque)
+
+    @property
+    def needed_of_the_motor(self) -> tuple[Any, ...]:
+        """What the motor must be able to pull for the margins, in each load case."""
+        margin, drive = self.study.margin, self.study.drive
+        assert margin is not None
+        return needed_of_the_motor(margin, self.signals.truss, *self._motion, self.net, drive)
+
+    @property
+    def needed_at_standstill(self) -> tuple[Any, ...]:
+        """The same of its stall force."""
+        margin, drive = self.study.margin, self.study.drive
+        assert margin is not None
+        return needed_at_standstill(margin, drive, self.signals.truss, *self._motion, self.net)

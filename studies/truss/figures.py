@@ -29,9 +29,9 @@ from studies.common.scene.pictures import PARTS, draw_instant, tension_scale
 from studies.common.scene.projection import View, outline
 from studies.margin.figures import margin_figure
 from studies.truss.bars import forces_of
-from studies.truss.expressions import AT_THE_ROOT
 from studies.truss.motions.deployment import Deployment, travel_of
 from studies.truss.motions.laws import deployments_of
+from studies.truss.quantities import QUANTITIES
 from studies.truss.rope_figure import rope_mode_figure
 from studies.truss.scene import moving_antenna
 
@@ -338,7 +338,7 @@ def arm_figure(deployments: Sequence[Deployment], caps: Caps | None = None) -> F
     label_axes(added, "time [s]", "added to the rope force [N]")
     label_axes(moment, "time [s]", "moment about the root [N m]")
     label_axes(handed, "time [s]", "momentum at the root [N m s]")
-    _draw_caps((moment, handed), AT_THE_ROOT, caps)
+    _draw_caps((moment, handed), ("peak-root-moment", "peak-root-momentum"), caps)
     legend_below(figure, across)
     return figure
 
@@ -430,8 +430,7 @@ def _draw_caps(axes: Sequence[Axes], keys: Sequence[str | None], caps: Caps | No
         cap = (caps or {}).get(key or "")
         if cap is None:
             continue
-        both = ("peak-acceleration", "peak-rope-acceleration", *AT_THE_ROOT)
-        signs = (1.0, -1.0) if key in both else (1.0,)
+        signs = (1.0, -1.0) if key and QUANTITIES[key].both_signs else (1.0,)
         for number, sign in enumerate(signs):
             label = None if number else "cap"
             panel.axhline(sign * cap, color="0.4", lw=0.9, ls=":", label=label)

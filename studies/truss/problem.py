@@ -44,14 +44,12 @@ from ocp import (
 from studies.truss.carrier import RESIDUAL
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.expressions import (
-    AT_THE_ROOT,
-    OF_BOTH_SIGNS,
     ArmSignals,
+    Instant,
     Pull,
     Reserve,
     Signals,
     acceleration_in,
-    expressions,
     force_in,
 )
 from studies.truss.limits.caps import CAPPED, CURVE, cap_on
@@ -73,7 +71,8 @@ ROPE_FORCE = "rope force"  # name of its bounds
 Drive = Literal["jerk", "acceleration", "force"]
 Piecewise = Literal["constant", "linear", "polynomial"]
 
-SIGNAL_CAPS = {"peak-speed", "peak-acceleration", "peak-jerk"}  # bounds of signals, not of formulas
+# whose caps are bounds of signals, not of formulas
+SIGNAL_CAPS = {key for key, quantity in QUANTITIES.items() if quantity.signal}
 
 # With an arm: its modes of 18 and 68 Hz hardly swing, but all of a mesh would be spent on them.
 # What the motion leaves in the arm is looked at by an integration of its own, which resolves them.
@@ -87,8 +86,6 @@ STIFF = Ipopt(
     pivot_tolerance=1e-2,
 )
 ARM_DEGREE, ARM_INTERVALS = 4, 60
-# Of a cap on what the root hands on, by which a solve stays below it: what its mesh misses.
-ROOT_MARGIN = 5e-4
 # [J^(1/2)] by which a solve stays below the root of a cap on the energy: what its mesh misses.
 ARM_MARGIN = 1e-4
 LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
@@ -140,10 +137,10 @@ class Statement:
 
 def needs_forces(study: TrussStudy) -> bool:
     """Whether objective or caps depend on the rope force."""
-    if study.plans_stretch or any(OBJECTIVES[name].needs_forces for name in study.objectives):
+    if study.plans_stretch or any(OBJECTIVES[name].forces for name in study.objectives):
         return True
     capped = [key for key in (*CAPPED, CURVE) if cap_on(study.caps, study.drive, key)]
-    return any(QUANTITIES[key].needs_forces for key in capped)
+    return any(QUANTITIES[key].forces for key in capped)
 
 
 def state(
@@ -474,13 +471,11 @@ def _bounds(
 
     force, strongest = force_in(signals, net), caps.most("peak-force")
     if reserve is not None and caps.of("peak-force") is not None:
-        (more,) = expressions(study, signals, net, reserve)["peak-force"]
+        (more,) = Instant(study, signals, net, reserve).rope_forces
         bounds.append(Bound("rope force with its reserve", more, "N", upper=strongest))
     if signals.force is None:
         size = static_peak(study.truss).force
-        forces = (
-            (force,) if signals.pull is None else expressions(study, signals, net)["peak-force"]
-        )
+        forces = (force,) if signals.pull is None else Instant(study, signals, net).rope_forces
         for name, one in zip(bound_names(ROPE_FORCE, len(forces)), forces, strict=True):
             bounds.append(Bound(name, one, "N", lower=0.0, upper=strongest, scale=size))
     elif caps.of("peak-acceleration") is not None:
@@ -493,14 +488,14 @@ def _caps_on_expressions(
     study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None, caps: _Limits
 ) -> Iterator[Bound]:
     """Caps on what follows from the signals. Those on forces are for a problem that has them."""
-    formulas = expressions(study, signals, net, reserve)
+    instant = Instant(study, signals, net, reserve)
     for key in (*CAPPED, CURVE):
         cap, quantity = caps.of(key), QUANTITIES[key]
         left_out = key in SIGNAL_CAPS or key in ("peak-force", "residual-energy")
-        if cap is None or left_out or (quantity.needs_forces and net == "by angle"):
+        if cap is None or left_out or (quantity.forces and net == "by angle"):
             continue
         # what is a number, as the need at rest, is the same for all motions, and is no bound of one
-        moving = formulas[key]
+        moving = quantity.expression(instant)
         if any(isinstance(one, float) for one in moving):
             moving = tuple(one for one in moving if not isinstance(one, float))
         for name, formula in zip(_names_of(quantity.title, moving), moving, strict=True):
@@ -509,8 +504,8 @@ def _caps_on_expressions(
                 size = static_peak(study.truss).force
                 yield Bound(name, formula, quantity.unit, lower=cap, scale=size)
             else:
-                cap = cap * (1 - ROOT_MARGIN) if key in AT_THE_ROOT else cap
-                lower = -cap if key in OF_BOTH_SIGNS else -math.inf
+                cap = cap * (1 - quantity.back_off) if quantity.back_off else cap
+                lower = -cap if quantity.both_signs else -math.inf
                 yield Bound(name, formula, quantity.unit, lower=lower, upper=cap)
 
 
@@ -531,21 +526,27 @@ def _objective(
     name: str, study: TrussStudy, pairs: Sequence[tuple[Phase, Net]], signals: Signals
 ) -> Any:
     """An objective as a number of the motion."""
-    if name == "time":
-        return pairs[-1][0].end_time
-    if name == "residual-energy":
-        assert signals.arm is not None
-        return pairs[-1][0].at_end(signals.arm.left)
-    if name == "energy":
-        powers = ((phase, expressions(study, signals, net)["peak-power"]) for phase, net in pairs)
-        return _sum(phase.integral(power, "work", "J") for phase, (power,) in powers)
-    return peak(
-        *(
-            (phase, expression)
-            for phase, net in pairs
-            for expression in expressions(study, signals, net)[name]
-        ),
-        name=OBJECTIVES[name].title,
-        unit=OBJECTIVES[name].unit,
-        absolute=name in OF_BOTH_SIGNS,
-    )
+    quantity, (last, at_last) = OBJECTIVES[name], pairs[-1]
+
+    def formulas(net: Net) -> tuple[Any, ...]:
+        return quantity.expression(Instant(study, signals, net))
+
+    match quantity.kind:
+        case "duration":
+            return last.end_time
+        case "end":
+            (left,) = formulas(at_last)
+            return last.at_end(left)
+        case "integral":
+            return _sum(
+                phase.integral(formula, "work", quantity.unit)
+                for phase, net in pairs
+                for formula in formulas(net)
+            )
+        case _:
+            return peak(
+                *((phase, formula) for phase, net in pairs for formula in formulas(net)),
+                name=quantity.title,
+                unit=quantity.unit,
+                absolute=quantity.both_signs,
+            )

@@ -1,15 +1,25 @@
-"""The quantities a deployment is judged by, and the objectives among them."""
+"""The quantities a deployment is judged by: one row for each, which all else asks.
+
+Tables, keys of objectives and caps, the problem's constraints, histories and figures follow from
+these rows. They stand in the order of the table.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-Kind = Literal["peak", "least", "integral", "value"]
+if TYPE_CHECKING:  # CasADi loads with them, and not for a table of keys
+    from ocp.arrays import Array
+    from studies.truss.expressions import Instant
+    from studies.truss.motions.deployment import Deployment, Histories
+
+Kind = Literal["peak", "least", "integral", "end", "duration"]
 Needed = Literal["", "drum_radius", "torque_speed", "motor_inertia", "margin", "available", "arm"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Quantity:
     """A number that a motion has.
 
@@ -17,17 +27,41 @@ class Quantity:
     ----------
     title : how tables and figures call it.
     unit : SI unit.
-    kind : largest absolute value, least value, integral over time, or a plain value.
-    needs_forces : whether it depends on the dynamics.
+    kind : largest absolute value, least value, integral over time, value at the end, or duration.
+    expression : of the problem's signals at an instant, what the kind is of; the largest of several
+        counts.
+    history : the same along a motion (m,), of an absolute value if it has both signs; None where
+        the motion has no such number.
+    value : of a motion, in place of a history; None where the motion has no such number.
+    forces : whether it depends on the dynamics.
+    both_signs : whether its greatest modulus counts.
     needs : key of the drive, `[arm]`, `[margin]`, or with it what the motor has, without which
         there is no such number; empty for none.
+    objective : whether it may be minimised.
+    cap : key of the cap on it in `Caps`; empty where there is none. But for a least value, the cap
+        is the most that is allowed.
+    limit : key of the drive's limit that is such a cap; empty where there is none.
+    signal : whether the cap is a bound of a signal of the problem.
+    sought : place among the caps whose least value is looked for where no motion is found, from 1;
+        0 for none.
+    back_off : part of the cap by which a solve stays below it: what its mesh misses.
     """
 
     title: str
     unit: str
-    kind: Kind
-    needs_forces: bool
+    kind: Kind = "peak"
+    expression: Callable[[Instant], tuple[Any, ...]] = lambda at: ()
+    history: Callable[[Histories], Array | None] = lambda along: None
+    value: Callable[[Deployment], float | None] = lambda motion: None
+    forces: bool = False
+    both_signs: bool = False
     needs: Needed = ""
+    objective: bool = True
+    cap: str = ""
+    limit: str = ""
+    signal: bool = False
+    sought: int = 0
+    back_off: float = 0.0
 
     @property
     def better(self) -> Literal["less", "more"]:
@@ -35,43 +69,231 @@ class Quantity:
         return "more" if self.kind == "least" else "less"
 
 
-OBJECTIVES = {
-    "peak-acceleration": Quantity("peak angular acceleration", "rad/s^2", "peak", False),
-    "peak-rope-acceleration": Quantity("peak rope acceleration", "m/s^2", "peak", False),
-    "peak-force": Quantity("peak rope force", "N", "peak", True),
-    "peak-reaction": Quantity("peak reaction on the arm", "N", "peak", False),
-    "peak-power": Quantity("peak motor power", "W", "peak", True),
-    "energy": Quantity("work of the motor", "J", "integral", True),
-    "time": Quantity("duration", "s", "value", False),
-    "peak-rope-speed": Quantity("peak rope speed", "m/s", "peak", False),
-    "peak-rope-jerk": Quantity("peak rope jerk", "m/s^3", "peak", False),
-    "peak-motor-force": Quantity(
-        "peak motor force, rotor included", "N", "peak", True, "motor_inertia"
+QUANTITIES = {
+    "time": Quantity(
+        title="duration", unit="s", kind="duration", value=lambda motion: float(motion.law.duration)
     ),
-    "peak-motor-torque": Quantity("peak motor torque", "N m", "peak", True, "drum_radius"),
-    "peak-motor-load": Quantity(
-        "largest share of the torque-speed curve", "1", "peak", True, "torque_speed"
+    "peak-speed": Quantity(
+        title="peak angular speed",
+        unit="rad/s",
+        history=lambda along: abs(along.law.speed),
+        objective=False,
+        cap="speed",
+        signal=True,
+    ),
+    "peak-acceleration": Quantity(
+        title="peak angular acceleration",
+        unit="rad/s^2",
+        expression=lambda at: (at.acceleration,),
+        history=lambda along: abs(along.law.acceleration),
+        both_signs=True,
+        cap="acceleration",
+        signal=True,
+    ),
+    "peak-jerk": Quantity(
+        title="peak angular jerk",
+        unit="rad/s^3",
+        history=lambda along: abs(along.law.jerk),
+        objective=False,
+        cap="jerk",
+        signal=True,
+    ),
+    "peak-rope-speed": Quantity(
+        title="peak rope speed",
+        unit="m/s",
+        expression=lambda at: (at.rope_speed,),
+        history=lambda along: abs(along.truss.rope_speed),
+        cap="rope_speed",
+        limit="speed",
+        sought=11,
+    ),
+    "peak-rope-acceleration": Quantity(
+        title="peak rope acceleration",
+        unit="m/s^2",
+        expression=lambda at: (at.rope_acceleration,),
+        history=lambda along: abs(along.truss.rope_acceleration),
+        both_signs=True,
+        cap="rope_acceleration",
+        limit="acceleration",
+        sought=7,
+    ),
+    "peak-rope-jerk": Quantity(
+        title="peak rope jerk",
+        unit="m/s^3",
+        expression=lambda at: (at.rope_jerk,),
+        history=lambda along: abs(along.rope_jerk),
+        both_signs=True,
+        cap="rope_jerk",
+        limit="jerk",
+        sought=6,
+    ),
+    "peak-force": Quantity(
+        title="peak rope force",
+        unit="N",
+        expression=lambda at: at.rope_forces,
+        history=lambda along: along.truss.rope_force,
+        forces=True,
+        cap="force",
+        limit="force",
+        sought=2,
+    ),
+    "peak-far-end-tension": Quantity(
+        title="peak tension at the far end",
+        unit="N",
+        expression=lambda at: at.far_end_tensions,
+        history=lambda along: along.truss.far_end_tension,
+        forces=True,
+        cap="far_end_tension",
+        sought=14,
+    ),
+    # tensions fall along the rope, so that the last segment has the least of all
+    "least-tension": Quantity(
+        title="least tension of all segments",
+        unit="N",
+        kind="least",
+        expression=lambda at: at.far_end_tensions,
+        history=lambda along: along.least_tension,
+        forces=True,
+        objective=False,
+        cap="least_tension",
+    ),
+    "peak-bar-force": Quantity(
+        title="largest force in a bar",
+        unit="N",
+        expression=lambda at: at.bar_forces,
+        history=lambda along: along.truss.bar_force,
+        forces=True,
+        both_signs=True,
+        cap="bar_force",
+        sought=13,
+    ),
+    "peak-buckling-load": Quantity(
+        title="largest part of a buckling load",
+        unit="1",
+        expression=lambda at: at.buckling_loads,
+        history=lambda along: along.truss.buckling_share,
+        forces=True,
+        objective=False,
+        cap="buckling_load",
+    ),
+    "peak-power": Quantity(
+        title="peak motor power",
+        unit="W",
+        expression=lambda at: (at.motor_power,),
+        history=lambda along: along.motor_power,
+        forces=True,
+        cap="power",
+        limit="power",
+        sought=5,
+    ),
+    "energy": Quantity(
+        title="work of the motor",
+        unit="J",
+        kind="integral",
+        expression=lambda at: (at.motor_power,),
+        value=lambda motion: float(motion.energies.motor[-1]),
+        forces=True,
     ),
     "peak-factored-force": Quantity(
-        "least motor force for the margins", "N", "peak", True, "margin"
+        title="least motor force for the margins",
+        unit="N",
+        expression=lambda at: at.needed_of_the_motor,
+        history=lambda along: along.needed_of_the_motor,
+        forces=True,
+        needs="margin",
+        cap="factored_force",
+        sought=12,
     ),
     "peak-stall-force": Quantity(
-        "stall force needed for the margins", "N", "peak", True, "available"
+        title="stall force needed for the margins",
+        unit="N",
+        expression=lambda at: at.needed_at_standstill,
+        history=lambda along: along.needed_at_standstill,
+        forces=True,
+        needs="available",
+        cap="stall_force",
+        sought=1,
     ),
-    "peak-bar-force": Quantity("largest force in a bar", "N", "peak", True),
-    "peak-far-end-tension": Quantity("peak tension at the far end", "N", "peak", True),
-    "residual-energy": Quantity("energy left in the arm", "J", "value", False, "arm"),
-    "peak-root-moment": Quantity("peak moment about the arm's root", "N m", "peak", False, "arm"),
+    "peak-motor-force": Quantity(
+        title="peak motor force, rotor included",
+        unit="N",
+        expression=lambda at: (at.motor_force, -at.motor_force),
+        history=lambda along: along.motor_force,
+        forces=True,
+        needs="motor_inertia",
+        cap="motor_force",
+        sought=3,
+    ),
+    "peak-motor-speed": Quantity(
+        title="peak motor speed",
+        unit="rad/s",
+        expression=lambda at: (at.motor_speed,),
+        history=lambda along: along.motor_speed,
+        needs="drum_radius",
+        objective=False,
+        cap="motor_speed",
+        limit="motor_speed",
+    ),
+    "peak-motor-torque": Quantity(
+        title="peak motor torque",
+        unit="N m",
+        expression=lambda at: at.motor_torques,
+        history=lambda along: along.motor_torque,
+        forces=True,
+        needs="drum_radius",
+        cap="motor_torque",
+        limit="motor_torque",
+        sought=4,
+    ),
+    # its cap is the curve itself, the whole of which is 1
+    "peak-motor-load": Quantity(
+        title="largest share of the torque-speed curve",
+        unit="1",
+        expression=lambda at: at.motor_loads,
+        history=lambda along: along.motor_load,
+        forces=True,
+        needs="torque_speed",
+    ),
+    "peak-reaction": Quantity(
+        title="peak reaction on the arm",
+        unit="N",
+        expression=lambda at: (at.reaction,),
+        history=lambda along: abs(along.truss.reaction_force),
+        both_signs=True,
+        cap="reaction",
+        sought=8,
+    ),
+    "residual-energy": Quantity(
+        title="energy left in the arm",
+        unit="J",
+        kind="end",
+        expression=lambda at: (at.arm.left,),
+        value=lambda motion: None if motion.arm is None else motion.arm.residual_energy,
+        needs="arm",
+        cap="residual_energy",
+    ),
+    "peak-root-moment": Quantity(
+        title="peak moment about the arm's root",
+        unit="N m",
+        expression=lambda at: (at.arm.moment,),
+        history=lambda along: along.root_moment,
+        both_signs=True,
+        needs="arm",
+        cap="wheel_torque",
+        sought=9,
+        back_off=5e-4,
+    ),
     "peak-root-momentum": Quantity(
-        "peak angular momentum at the arm's root", "N m s", "peak", False, "arm"
+        title="peak angular momentum at the arm's root",
+        unit="N m s",
+        expression=lambda at: (at.arm.momentum,),
+        history=lambda along: along.root_momentum,
+        both_signs=True,
+        needs="arm",
+        cap="wheel_momentum",
+        sought=10,
+        back_off=5e-4,
     ),
 }
 
-QUANTITIES = {
-    **OBJECTIVES,
-    "peak-speed": Quantity("peak angular speed", "rad/s", "peak", False),
-    "peak-jerk": Quantity("peak angular jerk", "rad/s^3", "peak", False),
-    "peak-motor-speed": Quantity("peak motor speed", "rad/s", "peak", False, "drum_radius"),
-    "peak-buckling-load": Quantity("largest part of a buckling load", "1", "peak", True),
-    "least-tension": Quantity("least tension of all segments", "N", "least", True),
-}
+OBJECTIVES = {key: quantity for key, quantity in QUANTITIES.items() if quantity.objective}

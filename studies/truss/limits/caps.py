@@ -166,69 +166,27 @@ class Caps:
         check(self, "caps.")
 
 
-# quantity: the cap on it, but for the least tension the most that is allowed
+# quantity: the cap on it, in the order of the keys
 CAPPED: Mapping[str, str] = {
-    "peak-speed": "speed",
-    "peak-acceleration": "acceleration",
-    "peak-jerk": "jerk",
-    "peak-rope-speed": "rope_speed",
-    "peak-rope-acceleration": "rope_acceleration",
-    "peak-rope-jerk": "rope_jerk",
-    "peak-force": "force",
-    "peak-power": "power",
-    "peak-motor-force": "motor_force",
-    "peak-motor-speed": "motor_speed",
-    "peak-motor-torque": "motor_torque",
-    "peak-reaction": "reaction",
-    "residual-energy": "residual_energy",
-    "peak-root-moment": "wheel_torque",
-    "peak-root-momentum": "wheel_momentum",
-    "peak-far-end-tension": "far_end_tension",
-    "peak-bar-force": "bar_force",
-    "peak-buckling-load": "buckling_load",
-    "least-tension": "least_tension",
-    "peak-factored-force": "factored_force",
-    "peak-stall-force": "stall_force",
+    key: field.name
+    for field in dataclasses.fields(Caps)
+    for key, quantity in QUANTITIES.items()
+    if quantity.cap == field.name
 }
 CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1
 
 # caps whose least value is looked for where no motion was found; the first that is stated. The
 # torque-speed curve is none of them: without the curve there is no load to be least
-HARD = (
-    "peak-stall-force",
-    "peak-force",
-    "peak-motor-force",
-    "peak-motor-torque",
-    "peak-power",
-    "peak-rope-jerk",
-    "peak-rope-acceleration",
-    "peak-reaction",
-    "peak-root-moment",
-    "peak-root-momentum",
-    "peak-rope-speed",
-    "peak-factored-force",
-    "peak-bar-force",
-    "peak-far-end-tension",
-)
-
-# limit of a drive: the cap that it is
-OF_THE_DRIVE: Mapping[str, str] = {
-    "speed": "rope_speed",
-    "acceleration": "rope_acceleration",
-    "jerk": "rope_jerk",
-    "force": "force",
-    "power": "power",
-    "motor_speed": "motor_speed",
-    "motor_torque": "motor_torque",
-}
+HARD = sorted((key for key in CAPPED if QUANTITIES[key].sought), key=lambda k: QUANTITIES[k].sought)
 
 
 def within_the_drive(caps: Caps, drive: Drive | None) -> Caps:
     """The caps, lowered to the limits of the drive where these are lower."""
     lowered: dict[str, Any] = {}
-    for limit, cap in OF_THE_DRIVE.items():
-        stated = [getattr(caps, cap), None if drive is None else getattr(drive, limit)]
-        lowered[cap] = min((value for value in stated if value is not None), default=None)
+    for quantity in (one for one in QUANTITIES.values() if one.limit):
+        of_the_drive = None if drive is None else getattr(drive, quantity.limit)
+        stated = (getattr(caps, quantity.cap), of_the_drive)
+        lowered[quantity.cap] = min((cap for cap in stated if cap is not None), default=None)
     return dataclasses.replace(caps, **lowered)
 
 
@@ -315,8 +273,8 @@ def cap_on(caps: Caps, drive: Drive | None, quantity: str) -> float | None:
 
 def without_cap(study: Study, quantity: str) -> Study:
     """A study without the cap on a quantity of `CAPPED`, whether stated or the drive's."""
-    drive, cap = study.drive, CAPPED[quantity]
-    for limit in (limit for limit, name in OF_THE_DRIVE.items() if name == cap and drive):
+    drive, cap, limit = study.drive, CAPPED[quantity], QUANTITIES[quantity].limit
+    if drive is not None and limit:
         drive = dataclasses.replace(drive, **{limit: None})
     margin = study.margin
     if cap == "stall_force" and margin is not None:

@@ -183,10 +183,9 @@ class Deployment:
     @cached_property
     def values(self) -> dict[str, float]:
         """Every quantity of `studies.truss.quantities` that truss and drive have, or of `only`."""
-        work = float(self.energies.motor[-1])
-        extremes = {key: extreme.value for key, extreme in self.extremes.items()}
-        left = {} if self.arm is None else {"residual-energy": self.arm.residual_energy}
-        return {**extremes, "energy": work, "time": float(self.law.duration), **left}
+        found = {key: extreme.value for key, extreme in self.extremes.items()}
+        values = ((key, quantity.value(self)) for key, quantity in QUANTITIES.items())
+        return found | {key: value for key, value in values if value is not None}
 
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
@@ -195,51 +194,14 @@ class Deployment:
         cells = [np.linspace(a, b, m) for a, b, m in self._cells(GRID_POINTS, 5)]
         before = [np.nextafter(cell[-1:], 0.0) for cell in cells]
         grid = np.unique(np.concatenate([*cells, *before]))
-        histories = self.histories(grid)
-        wanted = [key for key in QUANTITIES if key in histories]
-        if self.only is not None:
-            wanted = [key for key in wanted if key in self.only]
-        return self._located(grid, {key: histories[key] for key in wanted})
+        return self._located(grid, self.histories(grid))
 
     def histories(self, time: Array) -> dict[str, Array]:
         """What the extremes are taken of, at times (m,)."""
-        return {**self._of_the_law(time), **self._of_the_truss(time)}
-
-    def _of_the_law(self, time: Array) -> dict[str, Array]:
-        """What needs no forces, and so takes a fraction of the time."""
-        motion = self.law.motion(time)
-        rows = (motion.angle, motion.speed, motion.acceleration, motion.jerk)
-        return {
-            "peak-speed": np.abs(motion.speed),
-            "peak-acceleration": np.abs(motion.acceleration),
-            "peak-jerk": np.abs(motion.jerk),
-            "peak-rope-jerk": np.abs(_rope_jerks(self.truss, *rows)),
-        }
-
-    def _of_the_truss(self, time: Array) -> dict[str, Array]:
-        _, truss = self.at(time)
-        return {
-            "peak-rope-speed": np.abs(truss.rope_speed),
-            "peak-rope-acceleration": np.abs(truss.rope_acceleration),
-            "peak-force": truss.rope_force,
-            "peak-reaction": np.abs(truss.reaction_force),
-            "peak-power": self.motor_power(truss),
-            "peak-far-end-tension": truss.far_end_tension,
-            "peak-bar-force": truss.bar_force,
-            "peak-buckling-load": truss.buckling_share,
-            "least-tension": np.minimum(truss.rope_force, truss.far_end_tension),
-            **self._of_the_arm(time),
-            **self._of_the_motor(truss),
-            **self._of_the_margin(truss),
-        }
-
-    def _of_the_arm(self, time: Array) -> dict[str, Array]:
-        if self.arm is None:
-            return {}
-        return {
-            "peak-root-moment": np.abs(self.arm.root_moment(time)),
-            "peak-root-momentum": np.abs(self.arm.angular_momentum(time)),
-        }
+        along = Histories(self, time)
+        wanted = (key for key in QUANTITIES if self.only is None or key in self.only)
+        found = ((key, QUANTITIES[key].history(along)) for key in wanted)
+        return {key: values for key, values in found if values is not None}
 
     def hauled(self, truss: TrussMotion) -> Array:
         """Rope on each drum (m,) [m]."""
@@ -283,33 +245,6 @@ class Deployment:
         assert stated.rope_stiffness is not None
         ropes = stated.rope_stiffness, stated.rope_yields
         return rope_swing(self.truss, self.law, *ropes, hauls_stretch=stated.plan_stretch)
-
-    def _of_the_motor(self, truss: TrussMotion) -> dict[str, Array]:
-        """Force, speed, torque and load of one motor; empty without a drum."""
-        shaft = self.shaft(truss)
-        if shaft is None or self.drive is None:
-            return {}
-        speed, torque = shaft
-        found = {"peak-motor-speed": speed, "peak-motor-torque": torque}
-        if self.drive.motor_inertia > 0.0:  # the motor brakes its rotor, too
-            force = np.abs(self.motor_force(truss))
-            found |= {"peak-motor-force": force, "peak-motor-torque": np.abs(torque)}
-        shares = shares_of_the_curve(self.drive, speed, torque)
-        if shares:
-            found["peak-motor-load"] = np.max(shares, axis=0)
-        return found
-
-    def _of_the_margin(self, truss: TrussMotion) -> dict[str, Array]:
-        """What the motor must be able to pull for its margins; empty where none are asked for."""
-        if self.margin is None:
-            return {}
-        rows = (truss.angle[None], truss.speed[None], truss.acceleration[None])
-        needs = need_kernel(self.margin, self.truss, self.drive)(*rows).full()
-        found = {"peak-factored-force": needs.max(axis=0)}
-        at_standstill = standstill_kernel(self.margin, self.drive, self.truss)
-        if at_standstill is not None:
-            found["peak-stall-force"] = at_standstill(*rows).full().max(axis=0)
-        return found
 
     def _located(self, grid: Array, sampled: Mapping[str, Array]) -> dict[str, Extreme]:
         """Extremes of histories that are sampled on a grid, all of them refined at once."""
@@ -369,6 +304,118 @@ class Deployment:
             joints=integral(inside.joint_power),
             pulleys=integral(inside.pulley_power),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Histories:
+    """Histories of a deployment at some times, for the rows of quantities: shape (m,) each.
+
+    Those of the motor, the margins and the arm are None where the deployment has none.
+
+    Attributes
+    ----------
+    deployment : Deployment
+    time : (m,) [s].
+    """
+
+    deployment: Deployment
+    time: Array
+
+    @cached_property
+    def law(self) -> AngularMotion:
+        """Angle and its rates."""
+        return self.deployment.law.motion(self.time)
+
+    @cached_property
+    def truss(self) -> TrussMotion:
+        """What the truss does."""
+        return self.deployment.at(self.time)[1]
+
+    @property
+    def rope_jerk(self) -> Array:
+        """Of one rope [m/s^3]."""
+        law = self.law
+        return _rope_jerks(self.deployment.truss, law.angle, law.speed, law.acceleration, law.jerk)
+
+    @property
+    def least_tension(self) -> Array:
+        """Of all segments of a rope [N]."""
+        return np.minimum(self.truss.rope_force, self.truss.far_end_tension)
+
+    @property
+    def root_moment(self) -> Array | None:
+        """Modulus of the moment about the arm's root [N m]."""
+        arm = self.deployment.arm
+        return None if arm is None else np.abs(arm.root_moment(self.time))
+
+    @property
+    def root_momentum(self) -> Array | None:
+        """Modulus of the angular momentum at the arm's root [N m s]."""
+        arm = self.deployment.arm
+        return None if arm is None else np.abs(arm.angular_momentum(self.time))
+
+    @property
+    def motor_power(self) -> Array:
+        """Of both motors [W]."""
+        return self.deployment.motor_power(self.truss)
+
+    @cached_property
+    def _shaft(self) -> tuple[Array, Array] | None:
+        return self.deployment.shaft(self.truss)
+
+    @property
+    def _rotor(self) -> bool:
+        """Whether the motor has one, so that it brakes, too."""
+        drive = self.deployment.drive
+        return self._shaft is not None and drive is not None and drive.motor_inertia > 0.0
+
+    @property
+    def motor_force(self) -> Array | None:
+        """Modulus of the force of a motor with a rotor on each rope [N]."""
+        return np.abs(self.deployment.motor_force(self.truss)) if self._rotor else None
+
+    @property
+    def motor_speed(self) -> Array | None:
+        """Of one motor's shaft [rad/s]."""
+        return None if self._shaft is None else self._shaft[0]
+
+    @property
+    def motor_torque(self) -> Array | None:
+        """Of one motor's shaft, or its modulus where the motor brakes, too [N m]."""
+        if self._shaft is None:
+            return None
+        return np.abs(self._shaft[1]) if self._rotor else self._shaft[1]
+
+    @property
+    def motor_load(self) -> Array | None:
+        """Largest share of the torque-speed curve [1]."""
+        if self._shaft is None or self.deployment.drive is None:
+            return None
+        shares = shares_of_the_curve(self.deployment.drive, *self._shaft)
+        return np.max(shares, axis=0) if shares else None
+
+    @property
+    def _rows(self) -> tuple[Array, Array, Array]:
+        truss = self.truss
+        return truss.angle[None], truss.speed[None], truss.acceleration[None]
+
+    @property
+    def needed_of_the_motor(self) -> Array | None:
+        """What the motor must be able to pull for the margins [N]."""
+        motion = self.deployment
+        if motion.margin is None:
+            return None
+        needs = need_kernel(motion.margin, motion.truss, motion.drive)(*self._rows)
+        return np.asarray(needs.full().max(axis=0))
+
+    @property
+    def needed_at_standstill(self) -> Array | None:
+        """What its stall force must be for the margins [N]."""
+        motion = self.deployment
+        if motion.margin is None:
+            return None
+        kernel = standstill_kernel(motion.margin, motion.drive, motion.truss)
+        return None if kernel is None else np.asarray(kernel(*self._rows).full().max(axis=0))
 
 
 def _rope_jerks(truss: TrussParameters, *motion: Array) -> Array:
