@@ -26,6 +26,7 @@ from studies.common.configuration import (
     finite,
     from_mapping,
     key,
+    key_of,
     optional_key,
     positive,
     section,
@@ -34,6 +35,7 @@ from studies.common.configuration import (
 from studies.common.exit_codes import StudyError
 from studies.common.rates import confidence
 from studies.common.sizes import TIME
+from studies.truss.carrier import CarryingArm
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
@@ -134,11 +136,7 @@ class ArmStudy(StageStudy):
     pointing_error: float = key(
         positive, "m", "error of the tip from which it counts as settled", default=1e-4
     )
-    satellite_inertia: float | None = optional_key(
-        positive,
-        "kg m^2",
-        "inertia about the root of a satellite that is free to turn; it is held unless stated",
-    )
+    satellite_inertia: float | None = key_of(CarryingArm, "satellite_inertia")
     wheel_torque: float | None = optional_key(
         positive, "N m", "cap on the moment about the root that a held satellite takes"
     )

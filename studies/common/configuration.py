@@ -120,6 +120,12 @@ def optional_key(
     return key(optional(read), unit, meaning, default=None, flags=flags)
 
 
+def key_of(kind: type[Any], name: str) -> Any:
+    """A field that is a key of another configuration, too: said once, and meant alike."""
+    (field,) = (one for one in dataclasses.fields(kind) if one.name == name)
+    return dataclasses.field(default=field.default, metadata=field.metadata)
+
+
 def check(configuration: Any, where: str = "") -> None:
     """Read every field of a new configuration; for its `__post_init__`.
 

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from models.truss import TrussParameters
-from studies.arm.config import check_wheels
+from studies.arm.config import ArmStudy, check_wheels
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.common.arm_description import ArmDescription
 from studies.common.configuration import (
     boolean,
     check,
     choice,
-    finite,
     from_mapping,
     key,
+    key_of,
     not_negative,
     optional_key,
     positive,
@@ -82,26 +82,11 @@ class MissionStudy:
         "cap on the jerk of the ring's angle, or 500/T^3, bezier, step5",
         default="500/T^3",
     )
-    reaction_angle_deg: float = key(
-        finite, "deg", "from the straight arm to the ring's centre, seen from the tip", default=90.0
-    )
-    ring_turns: bool = key(
-        boolean,
-        "",
-        "whether the ring turns with the tip; if not, its mass acts as a particle there",
-        default=True,
-    )
-    satellite_inertia: float | None = optional_key(
-        positive,
-        "kg m^2",
-        "inertia about the root of a satellite that is free to turn; it is held unless stated",
-    )
-    wheel_torque: float | None = optional_key(
-        positive, "N m", "cap on the moment about the root that a held satellite takes"
-    )
-    wheel_momentum: float | None = optional_key(
-        positive, "N m s", "cap on the angular momentum that its wheels take"
-    )
+    reaction_angle_deg: float = key_of(CarryingArm, "reaction_angle_deg")
+    ring_turns: bool = key_of(CarryingArm, "ring_turns")
+    satellite_inertia: float | None = key_of(CarryingArm, "satellite_inertia")
+    wheel_torque: float | None = key_of(ArmStudy, "wheel_torque")
+    wheel_momentum: float | None = key_of(ArmStudy, "wheel_momentum")
     refine: bool = key(boolean, "", "motions of the arm until the full model rests", default=True)
     intervals: int = key(
         whole(0, 2000), "", "of the arm's meshes; 0 for those of arm solve", default=0
