@@ -42,6 +42,7 @@ from studies.truss.config import TrussStudy
 from studies.truss.motions.starts import KINDS, starting_motion
 from studies.truss.problem import Statement, state
 from studies.truss.quantities import OBJECTIVES
+from studies.truss.search.from_starts import Starts, Statements, from_starts
 from studies.truss.search.smoothness import first_price
 
 SAME = 1e-4  # relative: optima closer than this are one
@@ -97,44 +98,67 @@ def search(
     StudyError
         If no start gave a design.
     """
-    statements: dict[Problem, Statement] = {}
-
-    def stated(law: str, guess: Mapping[str, float]) -> Problem:
-        unknowns = _unknowns(study, guess)
-        truss = with_symbols(study.deployment.truss, **{k: u.symbol for k, u in unknowns.items()})
-        statement = _statement(study.deployment, law, truss)
-        bounds = [one.bound(truss) for one in held if not one.at_rest]
-        # as it comes to another process, so that the answer is the same for any number of them
-        problem = tabulated(statement.problem(bounds))
-        statements[problem] = statement
-        return problem
-
+    begin, statements = clock.monotonic(), Statements()
     starts = {
-        f"{name}, {law}": functools.partial(stated, law, guess)
+        f"{name}, {law}": functools.partial(_stated, study, held, law, guess, statements)
         for name, law, guess in _starts(study)
     }
-    settings, begin = _settings(study.deployment, len(starts)), clock.monotonic()
+    settings = _settings(study.deployment, len(starts))
+    found = _roughly(study, starts, statements, settings, seconds, console, kept)
 
-    def force(problem: Problem, solution: Solution) -> float:
-        return solution.value(statements[problem].stages[0], replayed=True)
+    def left() -> float:
+        return seconds - (clock.monotonic() - begin)
 
-    def finished(trial: Trial) -> None:
-        earlier = not kept.keep(ROUGHLY, trial)
-        console.progress(_line(study, trial, earlier))
+    found, exact = _to_the_last_digits(found, settings, statements.value, left(), console, kept)
+    second: tuple[Criterion, ...] = ()
+    if exact and not found.interrupted and found.optima[0].solution.verification.passed:
+        found, check = _a_second_time(found, settings, statements.value, left(), console, kept)
+        second = (check,)
 
+    best = found.optima[0].solution
+    design = {u.name.replace(" ", "_"): best.value(u) for u in best.problem.unknowns}
+    return BestDesign(found, statements.of[best.problem], design, exact, second)
+
+
+def _stated(
+    study: CodesignStudy,
+    held: Sequence[Requirement],
+    law: str,
+    guess: Mapping[str, float],
+    statements: Statements,
+) -> Problem:
+    """The problem with a law and a design as its guess."""
+    unknowns = _unknowns(study, guess)
+    truss = with_symbols(study.deployment.truss, **{k: u.symbol for k, u in unknowns.items()})
+    statement = _statement(study.deployment, law, truss)
+    bounds = [one.bound(truss) for one in held if not one.at_rest]
+    # as it comes to another process, so that the answer is the same for any number of them
+    return statements.noted(tabulated(statement.problem(bounds)), statement)
+
+
+def _roughly(
+    study: CodesignStudy,
+    starts: Starts,
+    statements: Statements,
+    settings: Settings,
+    seconds: float,
+    console: Console,
+    kept: FinishedSteps,
+) -> Audit:
+    """What comes of all starts, side by side."""
     try:
         with script_left_out():
-            found = audit(
-                starts=starts,
-                settings=dataclasses.replace(settings, accuracy=Accuracy(objective=ROUGH)),
-                value=force,
+            return from_starts(
+                starts,
+                statements,
+                dataclasses.replace(settings, accuracy=Accuracy(objective=ROUGH)),
+                kind=ROUGHLY,
+                kept=kept,
+                line=functools.partial(_line, study),
+                console=console,
                 same=SAME,
                 processes=allowed_processes(),
-                failures=(StudyError,),
                 seconds=seconds,
-                known=kept.known(ROUGHLY, starts),
-                progress=console.live,
-                finished=finished,
             )
     except Interrupted as stop:
         raise StudyError("interrupted before a design was found", ExitCode.INTERRUPTED) from stop
@@ -143,18 +167,6 @@ def search(
             f"no design was found from {len(starts)} starts; from {next(iter(starts))}: {error}",
             ExitCode.NOT_SOLVED,
         ) from error
-
-    def left() -> float:
-        return seconds - (clock.monotonic() - begin)
-
-    found, exact = _to_the_last_digits(found, settings, force, left(), console, kept)
-    second: tuple[Criterion, ...] = ()
-    if exact and not found.interrupted and found.optima[0].solution.verification.passed:
-        found, check = _a_second_time(found, settings, force, left(), console, kept)
-        second = (check,)
-    best = found.optima[0].solution
-    design = {u.name.replace(" ", "_"): best.value(u) for u in best.problem.unknowns}
-    return BestDesign(found, statements[best.problem], design, exact, second)
 
 
 def _to_the_last_digits(

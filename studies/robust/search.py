@@ -24,7 +24,6 @@ from ocp import (
     Settings,
     Solution,
     Trial,
-    audit,
     relaxed,
 )
 from studies.common.code_version import hashed
@@ -44,6 +43,7 @@ from studies.truss.motions.laws import law_of, pinned_bezier
 from studies.truss.motions.starts import starting_motion
 from studies.truss.problem import ROPE_FORCE, Statement, bound_names, settings_of, state
 from studies.truss.quantities import QUANTITIES
+from studies.truss.search.from_starts import Statements, from_starts
 from studies.truss.search.proofs import PhasePlanes, check_some_optimum, proven_bounds
 from studies.truss.search.relaxation import RELAXED
 from studies.truss.search.smoothness import first_price
@@ -274,42 +274,31 @@ def _from_all_starts(
     console: Console,
     kept: FinishedSteps = NOTHING_KEPT,
 ) -> RobustLaw:
-    statements: dict[Problem, Statement] = {}
-    deployment = study.deployment
+    statements, deployment = Statements(), study.deployment
 
     def stated(start: str) -> Problem:
         statement = _statement(study, scenarios, start)
-        problem = statement.problem()
-        statements[problem] = statement
-        return problem
+        return statements.noted(statement.problem(), statement)
 
     laws = _starts(study)
     starts = {law: functools.partial(stated, law) for law in laws}
-    # corners that were found are scenarios, too: each set of them is a problem of its own
-    kind = hashed([study.scenarios[name] for name in scenarios])[:12]
-
-    def finished(trial: Trial) -> None:
-        earlier = not kept.keep(kind, trial)
-        console.progress(_line(trial, earlier))
-
-    found = audit(
-        starts=starts,
-        settings=_settings(deployment, len(laws)),
-        value=lambda problem, solution: solution.value(
-            statements[problem].stages[0], replayed=True
-        ),
+    found = from_starts(
+        starts,
+        statements,
+        _settings(deployment, len(laws)),
+        # corners that were found are scenarios, too: each set of them is a problem of its own
+        kind=hashed([study.scenarios[name] for name in scenarios])[:12],
+        kept=kept,
+        line=_line,
+        console=console,
         same=SAME,
         processes=1,
-        failures=(StudyError,),
         seconds=deployment.solver.seconds,
-        known=kept.known(kind, starts),
-        progress=console.live,
-        finished=finished,
     )
     best = found.optima[0].solution
     if not (found.interrupted or best.verification.passed):
         raise NoLawError("; ".join(best.verification.reasons))
-    statement = statements[best.problem]
+    statement = statements.of[best.problem]
     return RobustLaw(found, best, law_of(deployment, statement, best), study, statement)
 
 

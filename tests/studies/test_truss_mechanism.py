@@ -23,7 +23,7 @@ from studies.truss.limits.feasibility import check_feasible, force_cap, unattain
 from studies.truss.motions.laws import paper_laws
 from studies.truss.problem import needs_forces
 from studies.truss.quantities import QUANTITIES
-from studies.truss.search import missed_cap, motion_search, relaxation
+from studies.truss.search import from_starts, missed_cap, motion_search, relaxation
 from studies.truss.search.missed_cap import CapsMissedError
 from studies.truss.search.motion_search import best_motion
 from studies.truss.search.proofs import PhasePlanes, check_some_optimum
@@ -185,7 +185,7 @@ def test_where_nothing_is_found_under_a_torque_speed_curve_the_next_cap_is_relax
             finished(Trial(name, None, OcpError("no motion"), math.nan, 0.0))
         raise OcpError("budget")
 
-    monkeypatch.setattr(motion_search, "audit", failing)
+    monkeypatch.setattr(from_starts, "audit", failing)
     monkeypatch.setattr(motion_search, "solved_soon", lambda *_, **__: (None, False))
     drive = dataclasses.replace(DRUM, torque_speed=((50.0, 0.6), (150.0, 0.1)))
     study = stated(drive, "peak-motor-load", reaction=20.0, rope_jerk=3.0)

@@ -25,7 +25,7 @@ def priced():
     planes = PhasePlanes(ROUGH, silent().progress)
     question = Question(planes=planes, console=silent(), with_forces=True)
     problem = question.problem_from_start("bezier")
-    return problem, question.statements[problem], solve(problem, settings=COARSE)
+    return problem, question.statements.of[problem], solve(problem, settings=COARSE)
 
 
 @pytest.mark.slow

@@ -75,7 +75,7 @@ def judged_motion(question: Question, found: Audit, bounds: ProvenBounds) -> Bes
             raise Interrupted(STOPPED) from error
         raise
 
-    statement = question.statements[optimum.solution.problem]
+    statement = question.statements.of[optimum.solution.problem]
     distinct = basins(question.study, optima)
     reached = Reached(optimum, distinct, optimum.solution, deployment, interrupted)
     if optimum.solution.verification.passed:
@@ -103,10 +103,10 @@ def _smoothed(question: Question, found: Audit, bounds: ProvenBounds) -> tuple[l
         return sorted(found.optima, key=lambda optimum: optimum.value), stopped
     return lightened(
         found.optima,
-        question.statements,
+        question.statements.of,
         settings=question.settings,
         left=question.some_left,
-        value=question.value,
+        value=question.statements.value,
         console=question.console,
         stopped=stopped,
         kept=question.kept,

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from models.laws import Law
-from ocp import Accuracy, Audit, Interrupted, OcpError, Problem, Trial, audit
+from ocp import Accuracy, Audit, Interrupted, OcpError, Trial
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
@@ -18,6 +18,7 @@ from studies.truss.config import TrussStudy
 from studies.truss.motions.starts import KINDS, from_neighbour, in_order, start_from_law
 from studies.truss.problem import control_of, needs_forces
 from studies.truss.search.best_motion import BestMotion, NoMotionError
+from studies.truss.search.from_starts import Starts, Statements, from_starts
 from studies.truss.search.judged_motion import STOPPED, judged_motion
 from studies.truss.search.missed_cap import (
     CapsMissedError,
@@ -40,7 +41,6 @@ from studies.truss.search.verdict import BOUND_MET, of_trial, starts_agree
 
 OTHER_START = "without a cap"  # the motion that was found with the least of what the cap is on
 
-Starts = Mapping[str, Callable[[], Problem]]
 Least = Callable[[], BestMotion | None]  # of the hardest cap, under the others; worked out once
 
 
@@ -85,7 +85,7 @@ def best_motion(
     if best.interrupted:  # what was found is no motion that the rope can pull
         raise StudyError(STOPPED, ExitCode.INTERRUPTED)
     console.progress("the rope would have to push: again with forces in the problem")
-    best = _from_all_starts(replace(question, with_forces=True, statements={}), least)
+    best = _from_all_starts(replace(question, with_forces=True, statements=Statements()), least)
     pulled = "The rope's pull limits this motion (T1 >= 0 is active)."
     return replace(best, remarks=(pulled, *best.remarks))
 
@@ -174,7 +174,7 @@ def _first_with_little_effort(question: Question, starts: Starts) -> tuple[Trial
         starts[first],
         len(starts),
         settings=question.settings,
-        value=question.value,
+        value=question.statements.value,
         seconds=question.some_left(),
         console=question.console,
     )
@@ -210,9 +210,7 @@ def _audited(
     stopped : bool
         Whether the user has asked to stop, so that what is known is all that there is.
     """
-    study, kept = question.study, question.kept
-    # another start than a law begins where a search ended
-    stated = {name: start for name, start in starts.items() if name in KINDS}
+    study = question.study
     bounds = bounds_in_closed_form(study, interrupted=stopped)
 
     def bound() -> float | None:
@@ -230,27 +228,27 @@ def _audited(
             return True
         return starts_agree(list(starts), trials, question.same)
 
-    def finished(trial: Trial) -> None:
-        # kept before it is said: who reads that it is done may kill the process
-        earlier = trial.name in KINDS and not kept.keep(question.kind, trial)
+    def line(trial: Trial, earlier: bool) -> str:
         done.append(trial)
         label = f"start {len(done)} of {len(starts)} ({trial.name})"
-        when = ", in an earlier run" if earlier else ""
-        question.console.progress(f"{label}: {of_trial(trial, study)}{when}")
+        return f"{label}: {of_trial(trial, study)}{', in an earlier run' if earlier else ''}"
 
-    found = audit(
-        starts=starts,
-        settings=question.settings,
+    found = from_starts(
+        starts,
+        question.statements,
+        question.settings,
+        kind=question.kind,
+        kept=question.kept,
+        # another start than a law begins where a search ended
+        again={name: start for name, start in starts.items() if name in KINDS},
+        known=known,
+        line=line,
+        console=question.console,
         bound=bound,
         bound_gap=BOUND_MET,
-        value=question.value,
         same=question.same,
         enough=enough,
-        failures=(StudyError,),
         seconds=question.some_left(),
-        known={**kept.known(question.kind, stated), **known},
-        progress=question.console.live,
-        finished=finished,
     )
     return found, bounds
 

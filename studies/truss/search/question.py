@@ -15,8 +15,9 @@ from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import deployment_of, law_of
 from studies.truss.motions.starts import StartingMotion, starting_motion
-from studies.truss.problem import Statement, settings_of, state
+from studies.truss.problem import settings_of, state
 from studies.truss.quantities import OBJECTIVES
+from studies.truss.search.from_starts import Statements
 from studies.truss.search.proofs import PhasePlanes
 from studies.truss.search.smoothness import first_price
 
@@ -50,7 +51,7 @@ class Question:
         Where finished steps go to, and come from.
     begin : float
         When the search began, by the monotonic clock [s].
-    statements : dict of Problem to Statement
+    statements : Statements
         Of all problems that have been stated.
     """
 
@@ -63,7 +64,7 @@ class Question:
     confirms: bool = False
     kept: FinishedSteps = NOTHING_KEPT
     begin: float = field(default_factory=clock.monotonic)
-    statements: dict[Problem, Statement] = field(default_factory=dict)
+    statements: Statements = field(default_factory=Statements)
 
     @property
     def study(self) -> TrussStudy:
@@ -104,17 +105,11 @@ class Question:
         """The problem as it is stated for a motion to start from."""
         price = first_price(self.study, 0, self.weights, self.with_forces)
         statement = state(self.study, start, self.weights, self.with_forces, price)
-        problem = statement.problem()
-        self.statements[problem] = statement
-        return problem
+        return self.statements.noted(statement.problem(), statement)
 
     def problem_from_start(self, name: str) -> Problem:
         """The same for one of the study's starts."""
         return self.problem_from(starting_motion(name, self.study, self.planes.least_force))
-
-    def value(self, problem: Problem, solution: Solution) -> float:
-        """The first objective of the replay, as it is reported: without the price of roughness."""
-        return solution.value(self.statements[problem].stages[0], replayed=True)
 
     def deployment(self, solution: Solution, stated: Problem | None = None) -> Deployment:
         """The motion of a solution.
@@ -124,5 +119,5 @@ class Question:
         stated : Problem, optional
             The one that the solution's own problem was made from, if that is another one.
         """
-        statement = self.statements[solution.problem if stated is None else stated]
+        statement = self.statements.of[solution.problem if stated is None else stated]
         return deployment_of("optimal", law_of(self.study, statement, solution), self.study)

@@ -19,6 +19,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import plain
 from studies.common.result import Result
+from studies.truss.search import from_starts
 
 # the paper's slow deployment: its least force is the static ridge, as good as exactly
 SLOW = {
@@ -183,7 +184,8 @@ def test_only_the_best_start_is_solved_to_its_last_digits(
             raise Interrupted("stopped", None, None, None)
         return audit(*given, **how)
 
-    monkeypatch.setattr(search, "audit", noted)
+    for module in (search, from_starts):  # of the best, and of all starts
+        monkeypatch.setattr(module, "audit", noted)
     result = run(slow())
     assert asked == [1e-5, 1e-6]
     assert result.interrupted == stops

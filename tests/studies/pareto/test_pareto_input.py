@@ -147,7 +147,7 @@ def test_ends_are_not_solved_to_their_last_digits(monkeypatch):
         asked.append(settings.accuracy.objective)
         raise Interrupted("enough", None, None, None)
 
-    monkeypatch.setattr("studies.truss.search.motion_search.audit", noted)
+    monkeypatch.setattr("studies.truss.search.from_starts.audit", noted)
     with pytest.raises(KeyboardInterrupt):
         best_law(TrussFront(study_from(stated()), silent()).minimising("peak-force"), silent())
     assert asked == [1e-4]

@@ -1,0 +1,80 @@
+"""Solves problems of the truss from several starts, of which an earlier run may have done some."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ocp import Audit, Problem, Settings, Solution, Trial, audit
+from studies.common.console import Console
+from studies.common.exit_codes import StudyError
+from studies.common.finished import FinishedSteps
+from studies.truss.problem import Statement
+
+Starts = Mapping[str, Callable[[], Problem]]
+
+
+@dataclass(frozen=True, eq=False)
+class Statements:
+    """The statements that problems were made from.
+
+    Attributes
+    ----------
+    of : dict of Problem to Statement
+    """
+
+    of: dict[Problem, Statement] = field(default_factory=dict)
+
+    def noted(self, problem: Problem, statement: Statement) -> Problem:
+        """A problem, whose statement is kept."""
+        self.of[problem] = statement
+        return problem
+
+    def value(self, problem: Problem, solution: Solution) -> float:
+        """The first objective of the replay, as it is reported: without the price of roughness."""
+        return solution.value(self.of[problem].stages[0], replayed=True)
+
+
+def from_starts(
+    starts: Starts,
+    statements: Statements,
+    settings: Settings,
+    *,
+    kind: str,
+    kept: FinishedSteps,
+    again: Starts | None = None,
+    known: Mapping[str, Trial] | None = None,
+    line: Callable[[Trial, bool], str],
+    console: Console,
+    **options: Any,
+) -> Audit:
+    """What came of starts; each that is done is kept, and said.
+
+    Parameters
+    ----------
+    starts : mapping of name to a function that states its problem
+    statements : of these problems, as they are stated.
+    settings, options : of `ocp.audit`.
+    kind, kept : where starts go to, and where those of an earlier run are read.
+    again : those of the starts that are the same in another run; by default all of them.
+    known : trials of this run.
+    line : function of a trial, and of whether it is of an earlier run, that gives one line.
+    """
+    again = starts if again is None else again
+
+    def finished(trial: Trial) -> None:
+        # kept before it is said: who reads that it is done may kill the process
+        earlier = trial.name in again and not kept.keep(kind, trial)
+        console.progress(line(trial, earlier))
+
+    return audit(
+        starts=starts,
+        settings=settings,
+        value=statements.value,
+        failures=(StudyError,),
+        known={**kept.known(kind, again), **(known or {})},
+        progress=console.live,
+        finished=finished,
+        **options,
+    )
