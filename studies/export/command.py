@@ -209,6 +209,7 @@ def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, Ro
         return asked, content, record
     if asked.partial:
         return asked, *_planned_again(asked, drive, record, console)
+
     rope = asked.source.truss is not None and course.signal != "angle"
     if not (asked.options.within_limits and rope):
         advice = _advice(asked, drive, record, console)
@@ -217,6 +218,7 @@ def _table(asked: Asked, drive: Drive, console: Console) -> tuple[Asked, str, Ro
         elif not rope and asked.options.within_limits:
             advice += "\n  --within-limits is for the rope of a truss only"
         raise _refusal(record, advice)
+
     try:
         return _optimised_again(asked, course, drive, record, console)
     except StudyError as error:

@@ -171,7 +171,7 @@ def result_of(
         question=study.question,
         configuration=as_dictionary(study),
         arrays={**_series(first, moved), **_poses(first.motion)},
-        table=_table(columns, frequencies),
+        table=_table(columns),
         verdict=Verdict("measured", said),
         checks=tuple(checks),
         remarks=(*_event_lines(first.motion), *remarks),
@@ -270,42 +270,46 @@ def _apart(moved: Sequence[Moved | ChainMotion]) -> float:
     )
 
 
-def _table(columns: Sequence[Moved], frequencies: dict[str, list[float]]) -> tuple[TableRow, ...]:
+def _table(columns: Sequence[Moved]) -> tuple[TableRow, ...]:
     """The quantities of all motions."""
     rows: dict[str, tuple[str, str, dict[str, float]]] = {}
-
-    def put(key: str, title: str, unit: str, column: str, value: float) -> None:
-        rows.setdefault(key, (title, unit, {}))[2][column] = float(value)
-
     for case in columns:
-        motion, name = case.motion, case.name
-        links = range(len(motion.chain.links))
-        # a lock is a blow of its own: what vibrates before it is the motion's
-        until = motion.events[0].time if motion.events else motion.times[-1]
-        free = motion.times <= until
-        put("duration", "duration", "s", name, motion.times[-1])
-        for k in links:
-            bent = bending(motion.chain, motion.q, k)
-            swing = vibration(motion.times[free], bent[free])
-            put(f"bending_{k}", f"greatest bending of link {k}", "m", name, np.abs(bent).max())
-            put(f"vibration_{k}", f"vibration of link {k}, until a lock", "m", name, swing)
-        for k in links:
-            final = math.degrees(motion.angles[k, -1])
-            put(f"angle_{k}", f"angle of joint {k} at the end", "deg", name, final)
-            torque = np.abs(motion.torques[k]).max()
-            put(f"torque_{k}", f"greatest torque of joint {k}", "N m", name, torque)
-        tip = motion.end(len(motion.chain.links) - 1)[:, -1]
-        put("tip_x", "x of the tip at the end", "m", name, tip[0])
-        put("tip_y", "y of the tip at the end", "m", name, tip[1])
-        put("kinetic", "greatest kinetic energy", "J", name, motion.kinetic.max())
-        left = motion.kinetic[-1] + motion.strain[-1]
-        put("left", "kinetic and strain energy at the end", "J", name, left)
-        put("lost", "energy lost by locks", "J", name, motion.lost[-1])
-        tone = _first_frequency(case)
-        put("frequency", "first natural frequency at the end", "Hz", name, tone)
-        put("drift", "drift of the energy", "J", name, motion.drift)
-        put("gap", "largest gap of constraints", "m", name, motion.violation.max())
+        for key, title, unit, value in _quantities(case):
+            rows.setdefault(key, (title, unit, {}))[2][case.name] = float(value)
     return tuple(TableRow(key, title, unit, values) for key, (title, unit, values) in rows.items())
+
+
+def _quantities(case: Moved) -> Iterator[tuple[str, str, str, float]]:
+    """Key, title, unit and value of each quantity of a motion."""
+    motion = case.motion
+    links = range(len(motion.chain.links))
+    yield "duration", "duration", "s", motion.times[-1]
+
+    # a lock is a blow of its own: what vibrates before it is the motion's
+    until = motion.events[0].time if motion.events else motion.times[-1]
+    free = motion.times <= until
+    for k in links:
+        bent = bending(motion.chain, motion.q, k)
+        swing = vibration(motion.times[free], bent[free])
+        yield f"bending_{k}", f"greatest bending of link {k}", "m", np.abs(bent).max()
+        yield f"vibration_{k}", f"vibration of link {k}, until a lock", "m", swing
+    for k in links:
+        final, torque = math.degrees(motion.angles[k, -1]), np.abs(motion.torques[k]).max()
+        yield f"angle_{k}", f"angle of joint {k} at the end", "deg", final
+        yield f"torque_{k}", f"greatest torque of joint {k}", "N m", torque
+
+    x, y = motion.end(len(links) - 1)[:, -1]
+    yield "tip_x", "x of the tip at the end", "m", x
+    yield "tip_y", "y of the tip at the end", "m", y
+
+    left = motion.kinetic[-1] + motion.strain[-1]
+    yield "kinetic", "greatest kinetic energy", "J", motion.kinetic.max()
+    yield "left", "kinetic and strain energy at the end", "J", left
+    yield "lost", "energy lost by locks", "J", motion.lost[-1]
+
+    yield "frequency", "first natural frequency at the end", "Hz", _first_frequency(case)
+    yield "drift", "drift of the energy", "J", motion.drift
+    yield "gap", "largest gap of constraints", "m", motion.violation.max()
 
 
 def _first_frequency(case: Moved) -> float:

@@ -81,6 +81,7 @@ def result_of(study: PaperStudy, entries: Sequence[Entry], cases: Cases) -> Resu
     failed = sum(not entry.holds for entry in entries)
     missed = f"; {failed} of them not found" if failed else ""
     keys = unique_keys(entries)
+
     return Result(
         kind="paper",
         question=study.question,

@@ -170,6 +170,7 @@ def write_parquet(content: Mapping[str, list[Any]], path: Path) -> None:
 def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[str, ...]) -> Result:
     """The result of a sweep: its quantities along the cases, and how many have an answer."""
     indices, of_indices = _indices(plan, table)
+
     return Result(
         kind="sweep",
         question=plan.study.question,

@@ -135,22 +135,23 @@ def _energies(cases: Cases) -> list[Entry]:
 
 def _without_friction(deployment: Deployment, plain: Mapping[str, float]) -> list[Entry]:
     """Fig. 17: the work becomes potential energy."""
+    small = [
+        shape(
+            "Fig. 17(a)",
+            f"{words} over the motor's work, mu = 0",
+            "%",
+            100 * plain[key],
+            {"very small": plain[key] < SMALL},
+        )
+        for key, words in (
+            ("kinetic", "greatest kinetic energy"),
+            ("joints", "dissipated in the joints"),
+        )
+    ]
+
     return [
         taken("V-C", "pulley friction of Fig. 17", "1", "0", deployment.truss.pulley_friction),
-        shape(
-            "Fig. 17(a)",
-            "greatest kinetic energy over the motor's work, mu = 0",
-            "%",
-            100 * plain["kinetic"],
-            {"very small": plain["kinetic"] < SMALL},
-        ),
-        shape(
-            "Fig. 17(a)",
-            "dissipated in the joints over the motor's work, mu = 0",
-            "%",
-            100 * plain["joints"],
-            {"very small": plain["joints"] < SMALL},
-        ),
+        *small,
         shape(
             "Fig. 17(b)",
             "potential energy gained over the motor's work, mu = 0",

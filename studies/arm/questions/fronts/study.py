@@ -71,6 +71,7 @@ def result_of(subject: ArmFront, found: ParetoFront, laws: Sequence[TimedLaw]) -
     study, stage = subject.study, subject.study.slew
     bounds, bound = _bounds(subject, found.points)
     shown = {name: _metrics(point) for name, point in named_points(found, subject.axes).items()}
+
     return front_result(
         found,
         subject.axes,
