@@ -11,52 +11,30 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from benchmarks.entry import answer_for, closest, positive
+from benchmarks.large.judgement import judged
+from benchmarks.large.peer import NAME, motion_of, peer_process
 from benchmarks.large.problems import PROBLEMS, Large
+from benchmarks.large.work import (
+    ACCURACIES,
+    Work,
+    answers_table,
+    markdown,
+    ratios_table,
+    understated,
+)
+from benchmarks.processes import FreshProcess
 from ocp import FixedMesh, OcpError, Radau, Settings, Solution, solve
 from ocp.progress import Progress
-from studies.common.console import Console, Table
+from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 
-ACCURACIES = (1e-3, 1e-4)
 BUDGET = 150  # iterations, which end most solves on the way
 MESHES = (20, 40, 80, 160, 320, 640)
 STATED = ("free-flying robot", "orbit transfer", "quadrotor")  # whose solves are stopped
-
-
-class Work(NamedTuple):
-    """What an answer took.
-
-    Attributes
-    ----------
-    how : str
-        What gave it.
-    seconds : float
-        Of the processor.
-    error : float
-        Of the objective, relative to the best one known, and of the replay of a fixed mesh; nan
-        without an answer.
-    stated : float
-        What it says that it is accurate to; nan if it says nothing.
-    meshes : str
-        Intervals and iterations of each: the first starts cold, the others from the one before.
-    words : str
-        Of the verdict or the error.
-    cold : str
-        Iterations of the last mesh from the guess, where they are asked for.
-    """
-
-    how: str
-    seconds: float
-    error: float
-    stated: float
-    meshes: str
-    words: str
-    cold: str = ""
 
 
 def fixed(problem: Large) -> Iterator[Work]:
@@ -67,13 +45,31 @@ def fixed(problem: Large) -> Iterator[Work]:
         try:
             found = solve(stated, settings=once)
             seconds = time.process_time() - begin
-            # its replay is worked out when it is asked for, and not counted
-            error, words = max(problem.error(found.objective), found.verification.miss), ""
+            # its replay is not counted
+            error, words = judged(problem, stated, found.objective, found.trajectory), ""
         except OcpError as failure:
             seconds = time.process_time() - begin
             error, words = math.nan, f"{type(failure).__name__}: {failure}"
-        yield Work(f"{intervals} intervals", seconds, error, math.nan, "", words)
+        yield Work("fixed", f"{intervals} intervals", seconds, error, words=words)
         if error <= min(ACCURACIES):
+            return
+
+
+def by_peer(name: str, process: FreshProcess, limit: float) -> Iterator[Work]:
+    """The same meshes by a peer, each within a limit [s]; what is late ends them."""
+    problem = PROBLEMS[name]
+    for intervals in MESHES:
+        answered = process.run(name, intervals, limit=limit)
+        found, words = answered.answer, answered.failure
+        seconds, error = answered.processor, math.nan
+        if found is not None:
+            seconds, words = found["seconds"], found["failure"]
+        if found is not None and not words:
+            stated = problem.make()
+            motion = motion_of(stated, found["phases"], intervals)
+            error = judged(problem, stated, found["objective"], motion)
+        yield Work("yapss", f"{intervals} intervals", seconds, error, words=words)
+        if error <= min(ACCURACIES) or found is None:
             return
 
 
@@ -86,17 +82,17 @@ def engine(
     cold: bool = False,
 ) -> Work:
     """The engine from the same guess, its verification included; its last mesh also `cold`."""
-    begin = time.process_time()
+    stated, begin = problem.make(), time.process_time()
     try:
-        found = solve(problem.make(), settings=settings, progress=progress)
+        found = solve(stated, settings=settings, progress=progress)
     except OcpError as failure:
-        words = f"{type(failure).__name__}: {failure}"
-        return Work(how, time.process_time() - begin, math.nan, math.nan, "", words)
+        seconds, words = time.process_time() - begin, f"{type(failure).__name__}: {failure}"
+        return Work("engine", how, seconds, math.nan, words=words)
     seconds = time.process_time() - begin
     error = problem.error(found.objective)
     meshes = ", ".join(f"{m.intervals}: {m.iterations}" for m in found.mesh_iterations)
     again = _cold(problem, found, settings) if cold else ""
-    return Work(how, seconds, error, found.accuracy, meshes, found.verdict, again)
+    return Work("engine", how, seconds, error, found.accuracy, meshes, found.verdict, again)
 
 
 def _cold(problem: Large, found: Solution, settings: Settings) -> str:
@@ -121,41 +117,31 @@ def stop_late(line: str) -> None:
         signal.raise_signal(signal.SIGINT)
 
 
-def table(name: str, rows: Sequence[Work]) -> Table:
-    """All answers to a problem; those that say to be better than they are count."""
-    lines = [
-        (
-            row.how,
-            f"{row.seconds:.1f}",
-            f"{row.error:.0e}",
-            f"{row.stated:.0e}",
-            row.meshes,
-            row.cold,
-            row.words[:90],
-        )
-        for row in rows
-    ]
-    head = ("how", "processor s", "error", "says", "intervals: iterations", "cold", "words")
-    return Table(name, head, lines, (f"errors that are larger than stated: {understated(rows)}",))
+def answers(
+    name: str, seconds: float, peer: FreshProcess | None, console: Console
+) -> Iterator[Work]:
+    """All answers to a problem: on fixed meshes, by the peer if there is one, by the engine."""
+    problem = PROBLEMS[name]
+    yield from fixed(problem)
+    if peer is not None:
+        yield from by_peer(name, peer, seconds)
+    for accuracy in ACCURACIES:
+        console.progress(f"{name}, accuracy={accuracy:g}")
+        asked = Settings(accuracy=accuracy, seconds=seconds)
+        yield engine(problem, asked, f"accuracy={accuracy:g}", cold=True)
+    console.progress(f"{name}, defaults")
+    yield engine(problem, Settings(), "defaults")
 
 
-def understated(rows: Sequence[Work]) -> int:
-    """How many answers are further from the best value than they say."""
-    return sum(row.error > row.stated for row in rows)
+def _known(path: Path) -> dict[str, list[Work]]:
+    """What a file holds of each problem."""
+    kept = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    return {name: [Work(**row) for row in rows] for name, rows in kept.items()}
 
 
-def ratios(rows: Sequence[Work], accuracy: float, how: str) -> str:
-    """Time of the engine by that of the cheapest fixed mesh that is right to an accuracy."""
-    least = min((r.seconds for r in rows if not r.stated >= 0 and r.error <= accuracy), default=0.0)
-    (taken,) = (r.seconds for r in rows if r.how == how)
-    return f"{taken / least:.1f}" if least else "-"
-
-
-def _keep(path: Path, name: str, rows: Sequence[Work]) -> None:
-    """Write what a problem took beside what the file holds of others."""
-    known = json.loads(path.read_text("utf-8")) if path.is_file() else {}
-    known[name] = [row._asdict() for row in rows]
-    path.write_text(json.dumps(known, indent=1) + "\n", "utf-8")
+def _write(path: Path, known: Mapping[str, Sequence[Work]]) -> None:
+    kept = {name: [row._asdict() for row in rows] for name, rows in known.items()}
+    path.write_text(json.dumps(kept, indent=1) + "\n", "utf-8")
 
 
 def _run(options: argparse.Namespace, console: Console) -> int:
@@ -163,33 +149,28 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     for name in options.problems:
         if name not in PROBLEMS:
             raise StudyError(f"there is no problem {name!r}; {closest(name, PROBLEMS)}")
-    lines, wrong = [], 0
     if options.stated:
+        wrong = 0
         for name in options.problems or STATED:
             rows = list(stopped(PROBLEMS[name]))
-            console.say(table(f"{name}: {PROBLEMS[name].source}", rows))
+            console.say(answers_table(f"{name}: {PROBLEMS[name].source}", rows))
             wrong += understated(rows)
         return 1 if wrong else 0
 
+    peer = peer_process() if options.peer else None
+    # what a solve loads counts for none of them
+    solve(PROBLEMS["rigid body"].make(), settings=Settings(accuracy=max(ACCURACIES)))
+
+    path = Path(options.output) if options.output else None
+    known, measured = _known(path) if path else {}, {}
     for name in options.problems or PROBLEMS:
-        problem = PROBLEMS[name]
-        rows = list(fixed(problem))
-        asked: list[tuple[str, dict[str, Any]]] = [
-            (f"accuracy={a:g}", {"accuracy": a, "seconds": seconds}) for a in ACCURACIES
-        ]
-        for how, keywords in [*asked, ("defaults", {})]:
-            rows.append(engine(problem, Settings(**keywords), how, cold=bool(keywords)))
-            console.progress(f"{name}, {how}: {rows[-1].seconds:.1f} s")
-        wrong += understated(rows)
-        if options.output:
-            _keep(Path(options.output), name, rows)
-        console.say(table(f"{name}: {problem.source}", rows))
-        hows = [*((f"accuracy={a:g}", a) for a in ACCURACIES), ("defaults", min(ACCURACIES))]
-        lines.append((name, *(ratios(rows, a, how) for how, a in hows)))
-    head = ("problem", *(f"accuracy={a:g}" for a in ACCURACIES), "defaults")
-    title = "Time by that of the cheapest fixed mesh that is as right (defaults: right to 1e-4)"
-    console.say(Table(title, head, lines))
-    return 1 if wrong else 0
+        measured[name] = list(answers(name, seconds, peer, console))
+        console.say(answers_table(f"{name}: {PROBLEMS[name].source}", measured[name]))
+        if path:
+            _write(path, known | measured)
+    console.say(ratios_table(measured))
+    console.say(f"rows of the documents' table:\n\n{markdown(known | measured)}")
+    return 1 if any(understated(rows) for rows in measured.values()) else 0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -197,7 +178,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.large", description=__doc__)
     parser.add_argument("problems", nargs="*", metavar="NAME", help=f"of {', '.join(PROBLEMS)}")
     parser.add_argument(
-        "--seconds", default="120", metavar="S", help="budget of a solve with a stated accuracy"
+        "--seconds",
+        default="120",
+        metavar="S",
+        help="budget of a solve with a stated accuracy, and of the peer's on each mesh",
+    )
+    parser.add_argument(
+        "--peer", action="store_true", help=f"with {NAME}, installed on its own first"
     )
     parser.add_argument(
         "--stated",

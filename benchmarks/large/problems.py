@@ -23,6 +23,8 @@ class Large:
 
     Attributes
     ----------
+    title : str
+        As in the documents.
     make : callable
         Gives the statement.
     optimum : float
@@ -30,6 +32,7 @@ class Large:
     source : str
     """
 
+    title: str
     make: Callable[[], Problem]
     optimum: float
     source: str
@@ -218,43 +221,51 @@ def bioreactor() -> Problem:
     return Problem("bioreactor", [phase], maximise=made - price * phase.integral(induction))
 
 
-def _of_show(name: str, optimum: float) -> Large:
+def _of_show(title: str, name: str, optimum: float) -> Large:
     """A problem of the show `engine-large`, with its crude guess."""
     variant = variants()[name]
-    return Large(lambda: problem_of(variant, guessed=True), optimum, variant.stated["source"])
+    return Large(
+        title, lambda: problem_of(variant, guessed=True), optimum, variant.stated["source"]
+    )
 
 
 PROBLEMS = {
     "crane": Large(
+        "crane, rope of four links, least time",
         crane,
         2.4847951,
         "least-time transfer of a load on a rope that swings: Y. Sakawa, Y. Shindo, Optimal "
         "control of container cranes, Automatica 18 (1982); the rope as four links, numbers here",
     ),
     "race car": Large(
+        "racing car, 500 m with four bends",
         race_car,
         11.3146,
         "dymos, example racecar: single-track model with loads and friction circles of four "
         "wheels, after F. Christ et al., Vehicle System Dynamics 59 (2021); track of 500 m here",
     ),
     "orbit transfer": Large(
+        "low-thrust transfer, five revolutions",
         orbit_transfer,
         45.0908034,
         "low-thrust transfer in modified equinoctial elements: J. T. Betts, Practical Methods for "
         "Optimal Control, sec. 6.3, without oblateness; a thrust for five revolutions here",
     ),
     "bioreactor": Large(
+        "fed-batch bioreactor, most protein",
         bioreactor,
         5.757109,
         "induced protein in a fed batch: J. Lee, W. F. Ramirez, AIChE J. 40 (1994), with the "
         "kinetics of A. Tholudur, W. F. Ramirez (1997); the price of the inducer is 2.5",
     ),
-    "powered landing": _of_show("powered_landing", -1666.257154),
-    "rigid body": _of_show("rigid_body_turn", 3.2430834),
-    "launch": _of_show("launch", 1.1454209567),
-    "free-flying robot": _of_show("free_flying_robot", 7.9101439),
-    "distillation": _of_show("distillation", 6.497789),
-    "heated rod": _of_show("heated_rod", 0.421439097),
-    "quadrotor": _of_show("quadrotor_gates", 4.0638229),
-    "five-link arm": _of_show("five_link_arm", 0.017335735),
+    "powered landing": _of_show("powered landing", "powered_landing", -1666.257154),
+    "rigid body": _of_show("rigid body, turned in least time", "rigid_body_turn", 3.2430834),
+    "launch": _of_show("Delta III to orbit, four phases", "launch", 1.1454209567),
+    "free-flying robot": _of_show(
+        "free-flying robot, least thrust", "free_flying_robot", 7.9101439
+    ),
+    "distillation": _of_show("distillation column, 32 states", "distillation", 6.497789),
+    "heated rod": _of_show("heated rod, 20 states", "heated_rod", 0.421439097),
+    "quadrotor": _of_show("quadrotor through four gates", "quadrotor_gates", 4.0638229),
+    "five-link arm": _of_show("arm of five links", "five_link_arm", 0.017335735),
 }

@@ -122,10 +122,10 @@ class Variant:
         fixed = self.value(entry)
         return fixed, fixed, fixed
 
-    def guess(self, signal: Mapping[str, Any], s: float) -> float:
-        """The crude guess of a signal at a fraction of its phase."""
+    def guess(self, signal: Mapping[str, Any], s: Any) -> Any:
+        """The crude guess of a signal at a fraction of its phase, or at several."""
         if "guess" in signal:
-            return self.value(signal["guess"], s=s)
+            return evaluated(signal["guess"], {**self.numbers, "s": s})
         first = self.value(signal.get("first", signal.get("last", 0.0)))
         return first + s * (self.value(signal.get("last", first)) - first)
 
