@@ -34,7 +34,7 @@ Symbols: T1 [N] motor force on one rope; alpha [rad], omega [rad/s], acc [rad/s^
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 
@@ -90,7 +90,7 @@ def bar_forces(
 
     Parameters
     ----------
-    module : which one, from the motor; an expression if you like.
+    module : which one, from the motor; an expression if you like, or a row of several.
     self_stress : shear that is the same in all modules [N], on top of the one with zero mean.
     """
     c, b, d = parameters.crank, parameters.half_cross_bar, parameters.link
@@ -144,14 +144,49 @@ def extreme_bar_forces(
     skipped = dict.fromkeys(KINDS, "between")
     skipped["link"] = "none" if parameters.other_pulleys else "first"
     found: dict[str, Expression] = {}
-    for place, module in extreme_modules(parameters, alpha).items():
-        forces = bar_forces(parameters, alpha, omega, acc, tension, module, net)
+    for place, forces in extreme_modules_forces(parameters, alpha, omega, acc, tension, net):
         for kind, pair in zip(KINDS, forces[:3], strict=True):
             if place == "any":
                 found[kind] = pair[0]
             elif not place.startswith(skipped[kind]):
                 found |= {f"{side}_{kind}_{place}": pair[k] for k, side in enumerate(SIDES)}
     return found
+
+
+def extreme_modules_forces(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    acc: Expression,
+    tension: Expression,
+    net: Net = "by angle",
+) -> list[tuple[str, BarForces]]:
+    """Names of the modules of `extreme_modules`, and the forces in each.
+
+    The modules stand in one row: what does not depend on them is worked out once.
+    """
+    modules = extreme_modules(parameters, alpha)
+    row = ca.horzcat(*(module + 0 * alpha for module in modules.values()))
+    alpha, omega, acc, tension = (
+        _repeated(value, len(modules)) for value in (alpha, omega, acc, tension)
+    )
+    forces = bar_forces(parameters, alpha, omega, acc, tension, row, net)
+    parts = zip(*(_split(found, len(modules)) for found in forces), strict=True)
+    return [(name, BarForces(*found)) for name, found in zip(modules, parts, strict=True)]
+
+
+def _repeated(value: Expression, times: int) -> Expression:
+    """What goes with a row of angles, as often; a single value serves them all."""
+    several = hasattr(value, "columns") and value.columns() > 1
+    return ca.repmat(value, 1, times) if several else value
+
+
+def _split(found: Any, count: int) -> list[Any]:
+    """A row in equal parts; of a pair of rows, the pairs of their parts."""
+    if isinstance(found, tuple):
+        return list(zip(*(_split(side, count) for side in found), strict=True))
+    parts: list[Any] = ca.horzsplit(found, found.columns() // count)
+    return parts
 
 
 def largest_bar_force(

@@ -13,7 +13,7 @@ import math
 
 import casadi as ca
 
-from models.truss.bar_forces import bar_forces, extreme_bar_forces
+from models.truss.bar_forces import extreme_bar_forces, extreme_modules_forces
 from models.truss.kinematics import Expression, slider_distance_slope
 from models.truss.parameters import (
     TUBE_INNER_DIAMETER,
@@ -21,7 +21,6 @@ from models.truss.parameters import (
     TrussParameters,
 )
 from models.truss.potential import Net
-from models.truss.shear import extreme_modules
 
 TUBE_SECOND_MOMENT = math.pi / 64 * (TUBE_OUTER_DIAMETER**4 - TUBE_INNER_DIAMETER**4)  # [m^4]
 
@@ -51,10 +50,9 @@ def buckling_shares(
     pushes = extreme_bar_forces(*state, net)
     shares = {name: push / (link if "link" in name else half) for name, push in pushes.items()}
     # the push in a vertical bar is the step of the shear, which is largest at an end of the ring
-    for place, module in extreme_modules(parameters, alpha).items():
+    for place, forces in extreme_modules_forces(*state, net):
         if not place.startswith("between"):
-            push = bar_forces(*state, module, net).vertical_bar
-            shares[f"vertical_bar_{place}"] = push / bar
+            shares[f"vertical_bar_{place}"] = forces.vertical_bar / bar
     return shares
 
 

@@ -47,8 +47,9 @@ def more_friction(
 ) -> Expression:
     """Sum of (mu_k - mu) times the wrap over the other pulleys between motor and a segment."""
     total: Expression = 0.0
+    wraps = turns(alpha) if parameters.other_pulleys else ()
     for place, pulley, mu in parameters.other_pulleys:
-        more = (mu - parameters.pulley_friction) * turns(alpha)[pulley - 1]
+        more = (mu - parameters.pulley_friction) * wraps[pulley - 1]
         passed = 4 * module + segment > 4 * place + pulley
         total = total + ca.if_else(passed, more, 0.0)
     return total
