@@ -15,6 +15,7 @@ from models.truss.bar_forces import (
     largest_bar_force,
 )
 from models.truss.bounds import (
+    centre_travel,
     least_peak_reaction,
     least_peak_rope_acceleration,
     rope_travel,
@@ -56,6 +57,7 @@ from models.truss.kinematics import (
     slider_distance_third,
 )
 from models.truss.nodes import NodeMotion, node_motion, ring_positions
+from models.truss.opening import Opening, whole_opening
 from models.truss.parameters import (
     DYNAMIC_SET,
     KINEMATIC_SET,
@@ -101,6 +103,7 @@ __all__ = [
     "LeastStiffness",
     "Net",
     "NodeMotion",
+    "Opening",
     "RingForces",
     "RopeSwing",
     "RopeYields",
@@ -112,6 +115,7 @@ __all__ = [
     "bar_forces",
     "buckling_load",
     "buckling_shares",
+    "centre_travel",
     "coulomb_torque",
     "evaluate_motion",
     "extreme_bar_forces",
@@ -167,6 +171,7 @@ __all__ = [
     "stretching_ratio",
     "tension_ratios",
     "total_mass",
+    "whole_opening",
     "with_symbols",
     "yielding_tension",
 ]

@@ -17,7 +17,6 @@ The friction opposes the motion; (38) prints it with the opposite sign if (27) i
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import casadi as ca
@@ -27,6 +26,7 @@ from models.truss.friction import coulomb_torque, joint_damping
 from models.truss.inertia import inertia, inertia_slope
 from models.truss.kinematics import Expression, rope_acceleration, rope_speed
 from models.truss.measured import measured_torque
+from models.truss.opening import Opening, whole_opening
 from models.truss.parameters import TrussParameters
 from models.truss.potential import Net, potential_slope
 from models.truss.rope import rope_leverage
@@ -120,15 +120,16 @@ class StaticPeak(NamedTuple):
     force: float
 
 
-def static_peak(parameters: TrussParameters) -> StaticPeak:
-    """Maximum of (U' + C)/f from stowed to open, at the truss's own pulley friction.
+def static_peak(parameters: TrussParameters, opening: Opening | None = None) -> StaticPeak:
+    """Maximum of (U' + C)/f from stowed to open, or of a motion, at the truss's own friction.
 
     It is the ridge that every slow deployment has to cross.
     """
+    ends = opening or whole_opening(parameters)
     peak = dense_peak(
         lambda alpha: static_force(parameters, ca.DM(alpha)).full().ravel(),
-        parameters.stowed_angle,
-        math.pi / 2,
+        ends.start,
+        ends.end,
         breakpoints=(parameters.net_angle,),  # where the net becomes taut, a kink of U'
     )
     return StaticPeak(angle=peak.where, force=peak.value)

@@ -30,6 +30,7 @@ from models.numerics import dense_peak
 from models.truss.dynamics import rope_force, static_force, static_torque
 from models.truss.inertia import inertia
 from models.truss.kinematics import Expression, rope_length, rope_speed
+from models.truss.opening import Opening, whole_opening
 from models.truss.parameters import TrussParameters
 from models.truss.potential import Net, potential_slope
 from models.truss.rope import mean_tension_ratio, rope_leverage
@@ -97,18 +98,20 @@ def jerk_step_at_net(parameters: TrussParameters, omega: Expression) -> Expressi
 
 
 def least_rope_stiffness(
-    parameters: TrussParameters, yields: RopeYields = "at the motor"
+    parameters: TrussParameters,
+    yields: RopeYields = "at the motor",
+    opening: Opening | None = None,
 ) -> LeastStiffness:
-    """Least stiffness of a rope on which the truss crosses no unstable angle.
+    """Least stiffness of a rope on which a motion, by default all of it, has no unstable angle.
 
     Below it the truss snaps through: at rest, behind the ridge of the static force, the rope
     relaxes faster than the springs do. Zero if a rope of any stiffness will do.
     """
-    kernel = _at_rest(parameters, yields)
+    kernel, ends = _at_rest(parameters, yields), opening or whole_opening(parameters)
     peak = dense_peak(
         lambda alpha: elementwise(kernel, alpha, np.zeros_like(alpha))[0].ravel(),
-        parameters.stowed_angle,
-        math.pi / 2,
+        ends.start,
+        ends.end,
         breakpoints=(parameters.net_angle,),  # where the net becomes taut, U'' jumps
     )
     return LeastStiffness(peak.where, max(0.0, peak.value))

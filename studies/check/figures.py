@@ -25,7 +25,7 @@ from studies.truss.figures import (
     times,
 )
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import BEFORE, RATES, paper_laws, stored_law
+from studies.truss.motions.laws import BEFORE, RATES, paper_laws_of, stored_law
 
 OPTIMUM = "optimal"
 ROUNDING = 1e-6  # [mrad], below which a distance of rows that are taken as exact is rounding
@@ -62,7 +62,7 @@ def deployments_of(
         )
         best = Hermite(time, angle, speed, after, before)
         laws.append(Deployment(OPTIMUM, best, study.truss))
-    return [*laws, *paper_laws(study.truss, law.duration)]
+    return [*laws, *paper_laws_of(study, law.duration)]
 
 
 def rows_figure(result: Result, profile: Deployment, columns: Mapping[str, Array]) -> Figure:

@@ -6,8 +6,9 @@ from models.laws import JerkLimited, Law, constant_acceleration
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.truss.checks import broken_caps
-from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import deployment_of
 from studies.truss.search.motion_search import best_motion
 from studies.truss.search.proofs import check_some_optimum
 
@@ -22,7 +23,7 @@ def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, 
     """
     law = _closed_form(study)
     if law is not None:
-        deployment = Deployment(OPTIMUM, law, study.truss, study.drive, study.margin)
+        deployment = deployment_of(OPTIMUM, law, study)
         if not broken_caps(study, deployment.values):
             return deployment, "optimum: least peak angular acceleration, in closed form, global"
 
@@ -38,13 +39,14 @@ def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, 
 
 def _closed_form(study: TrussStudy) -> Law | None:
     """The law of least peak acceleration under a jerk cap alone; None for other questions."""
-    if study.objectives != ("peak-acceleration",):
+    opening = study.opening
+    if study.objectives != ("peak-acceleration",) or opening.rate:
         return None
-    duration, start, jerk = study.duration[1], study.truss.stowed_angle, study.caps.jerk
+    duration, start, jerk = study.duration[1], opening.start, study.caps.jerk
     if jerk is None:
         acceleration = 4 * study.stroke / duration**2
         half = duration / 2
         return constant_acceleration((0.0, half, duration), (acceleration, -acceleration), start)
     if jerk * duration**3 < 32 * study.stroke:  # no motion is that smooth; the search says so
         return None
-    return JerkLimited(duration, start, DEPLOYED, jerk)
+    return JerkLimited(duration, start, opening.end, jerk)

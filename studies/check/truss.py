@@ -31,10 +31,11 @@ from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
+from studies.common.exit_codes import StudyError
 from studies.common.result import Criterion, Result, Series, at_most, outcome
 from studies.truss.bars import bars_of
 from studies.truss.carrier import refuse_arm
-from studies.truss.checks import broken_caps, cap_of, restart_in_words, table_rows
+from studies.truss.checks import broken_caps, cap_of, end_names, restart_in_words, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.tolerances import (
@@ -45,7 +46,7 @@ from studies.truss.limits.tolerances import (
 )
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile
-from studies.truss.motions.laws import BEFORE, RATES, paper_laws
+from studies.truss.motions.laws import BEFORE, RATES, deployment_of, paper_laws_of
 from studies.truss.quantities import QUANTITIES, Quantity
 
 MOST_ROWS = 4000  # of the file that are kept for the figures
@@ -110,9 +111,14 @@ def check_truss(
         If its columns make no motion of this truss.
     """
     refuse_arm(study.arm, "a check of a profile")
+    if study.opening.rate:
+        raise StudyError(
+            f"start_rate_deg_per_s is {study.start_rate_deg_per_s:g}, but a check takes a profile "
+            "that starts at rest; leave it out"
+        )
     found = recover_truss(measured, study.truss)
     law = found.reachable(study.truss)
-    deployment = Deployment(PROFILE, law, study.truss, study.drive, study.margin)
+    deployment = deployment_of(PROFILE, law, study)
     ranges = peak_ranges(found, deployment)
     beside, remark = _beside(study, measured.duration, console or Console(), optimum)
 
@@ -159,7 +165,7 @@ def _beside(
     """The optimum, where it is asked for and found, and the paper's laws; how sure it is."""
     best, remark = optimum_of(study, console) if optimum else (None, "")
     found = [] if best is None else [best]
-    return [*found, *paper_laws(study.truss, duration, study.drive, study.margin)], remark
+    return [*found, *paper_laws_of(study, duration)], remark
 
 
 def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRange]:
@@ -246,10 +252,10 @@ def _at_the_ends(
     broken: Mapping[str, float],
 ) -> list[Criterion]:
     """From rest to rest between the right angles, within what the noise leaves open."""
-    recovered = found.recovered
+    recovered, opening = found.recovered, study.opening
     duration = recovered.law.duration
     ends = recovered.law.motion(np.array([0.0, duration]))
-    wanted = ((0.0, study.truss.stowed_angle, "stowed"), (duration, DEPLOYED, "deployed"))
+    wanted = zip((0.0, duration), (opening.start, opening.end), end_names(study), strict=True)
 
     held = []
     for place, (time, angle, word) in enumerate(wanted):

@@ -125,6 +125,11 @@ class CodesignStudy:
 
     def __post_init__(self) -> None:
         refuse_arm(self.deployment.arm, "a co-design")
+        if not self.deployment.is_whole:
+            raise StudyError(
+                "a co-design is of the whole opening, but the motion is stated by start_deg, "
+                "start_rate_deg_per_s or end_deg; leave them out, or ask antenna-ocp truss"
+            )
         stages = self.deployment.minimise
         if len(stages) != 1 or len(stages[0]) != 1 or self.objective not in OBJECTIVES:
             asked = ", ".join(self.deployment.objectives)

@@ -21,8 +21,10 @@ from models.truss import (
     slider_distance_third,
 )
 from ocp.arrays import Array
+from studies.common.exit_codes import StudyError
 from studies.drive.drum import Drum
 
+RESTING = 1e-9  # of the peak speed: below it nothing moves
 JUMP = 1e-3  # of the peak: a step of jerk or acceleration that is a switch, not a mesh point
 SAMPLES = 4001  # of a course, for its peaks
 ANGLE_STEP = 1e-4  # [rad], half width of the difference that gives a third derivative to 1e-8
@@ -51,7 +53,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """A position over time with three derivatives, from rest to rest.
+    """A position over time with three derivatives, to rest and, but for its start speed, from rest.
 
     Attributes
     ----------
@@ -77,6 +79,12 @@ class Course:
         """From the first position to the last, without its sign."""
         first, last = self.derivatives(np.array([0.0, self.duration]))[0]
         return float(abs(last - first))
+
+    @functools.cached_property
+    def start_speed(self) -> float:
+        """Velocity at the start, zero but for a motion that is under way there."""
+        speed = float(self.derivatives(np.zeros(1))[1, 0])
+        return speed if abs(speed) > RESTING * self.peaks[0] else 0.0
 
     @functools.cached_property
     def peaks(self) -> tuple[float, float, float]:
@@ -107,7 +115,7 @@ class Course:
         steps = self.derivatives(np.minimum(after + near, self.duration))[2]
         steps = steps - self.derivatives(np.maximum(after - near, 0.0))[2]
         # from rest and to rest: the acceleration at the ends is a jump, too
-        ends = self.derivatives(edges[[0, -1]])[2]
+        ends = self.derivatives(edges[-1:] if self.start_speed else edges[[0, -1]])[2]
         peak, jerk = self.peaks[1:]
         worst = float(max(np.abs(steps).max(), np.abs(ends).max()))
         return worst if worst > 1e-6 * peak + 4 * near * jerk else 0.0
@@ -128,14 +136,16 @@ def _inside(left: float, right: float) -> tuple[float, float]:
 
 
 def rope_course(law: Law, truss: TrussParameters) -> Course:
-    """The rope that one motor hauls in, x = L(alpha_0) - L(alpha), (20).
+    """The rope that one motor has hauled in, x = L(alpha_0) - L(alpha), (20).
+
+    It counts from the stowed ring wherever the motion starts, as the drum does.
 
     Parameters
     ----------
     law : angle over time.
     truss : its parameters.
     """
-    start = float(rope_length(truss, law.start_angle))
+    stowed = float(rope_length(truss, truss.stowed_angle))
 
     def derivatives(time: Array) -> Array:
         motion = law.motion(time)
@@ -146,7 +156,7 @@ def rope_course(law: Law, truss: TrussParameters) -> Course:
         w, a, j = motion.speed, motion.acceleration, motion.jerk
         return np.stack(
             [
-                start - length,
+                stowed - length,
                 -first * w,
                 -(first * a + second * w**2),
                 -(first * j + 3 * second * w * a + third * w**3),
@@ -249,6 +259,11 @@ def with_dwells(course: Course, before: float, after: float) -> Course:
     """The same between two rests [s]."""
     if before == 0.0 and after == 0.0:
         return course
+    if before and course.start_speed:
+        raise StudyError(
+            f"drive.start_dwell is {before:g} s, but the motion is under way at its start; leave "
+            "the rest before it out"
+        )
     total = before + course.duration + after
 
     def between(derivatives: Callable[[Array], Array]) -> Callable[[Array], Array]:

@@ -71,7 +71,7 @@ def interpolated(points: SetPoints, kind: str) -> Any:
     if kind == "hermite":
         return CubicHermiteSpline(t, x, points.velocities)
     if kind == "spline":
-        return CubicSpline(t, x, bc_type="clamped")
+        return CubicSpline(t, x, bc_type=((1, float(points.velocities[0])), (1, 0.0)))
 
     ends = np.stack([x, points.velocities, points.accelerations], axis=1)
     return PPoly.from_bernstein_basis(BPoly.from_derivatives(t, ends))

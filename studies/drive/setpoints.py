@@ -25,7 +25,8 @@ class SetPoints:
     ----------
     times : 0 = t_0 < ... < t_m [s].
     positions : at them [m or rad]; whole multiples of `count` where there is one.
-    velocities : at them, fitting the positions; zero at both ends.
+    velocities : at them, fitting the positions; zero at the end and, but for a motion that
+        is under way, at the start.
     accelerations : at them, of the course.
     count : one count of the encoder [m or rad]; None if positions are not rounded.
     velocity_step : to whole multiples of which velocities are rounded; 0 if they are not.
@@ -178,7 +179,7 @@ def sampled(course: Course, times: Array, count: float | None = None) -> SetPoin
 
     Each position is rounded by itself. So the increments between them lose no count: they add up
     to the rounded travel. The velocities get what the rounding adds to the slope, from a cubic
-    spline through what was rounded off, at rest at both ends.
+    spline through what was rounded off, whose own slopes are zero at both ends.
     """
     inside = np.minimum(times, course.duration)
     exact, velocity, acceleration, _ = course.derivatives(inside)
@@ -190,7 +191,7 @@ def sampled(course: Course, times: Array, count: float | None = None) -> SetPoin
     if moving.size:
         part = slice(max(int(moving[0]) - 1, 0), int(moving[-1]) + 2)
         velocity[part] += _slopes(times[part], (positions - exact)[part])
-    velocity[[0, -1]] = 0.0
+    velocity[[0, -1]] = course.start_speed, 0.0
     return SetPoints(times, positions, velocity, acceleration, count)
 
 

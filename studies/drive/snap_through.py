@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from models.truss import TrussParameters, least_rope_stiffness
+from models.truss import Opening, TrussParameters, least_rope_stiffness
 from studies.common.exit_codes import StudyError
 from studies.common.rounding import up
 from studies.drive.schema import Drive
@@ -12,8 +12,8 @@ from studies.drive.schema import Drive
 MORE = 1.001  # of the least stiffness, which a remedy asks for
 
 
-def check_rope(truss: TrussParameters, drive: Drive | None) -> None:
-    """Refuse a rope on which the truss snaps through.
+def check_rope(truss: TrussParameters, drive: Drive | None, opening: Opening | None = None) -> None:
+    """Refuse a rope on which the truss snaps through in a motion, by default all of it.
 
     Raises
     ------
@@ -22,7 +22,7 @@ def check_rope(truss: TrussParameters, drive: Drive | None) -> None:
     """
     if drive is None or drive.rope_stiffness is None:
         return
-    least = least_rope_stiffness(truss, drive.rope_yields)
+    least = least_rope_stiffness(truss, drive.rope_yields, opening)
     if drive.rope_stiffness <= least.stiffness:
         raise StudyError(
             f"drive.rope_stiffness is {drive.rope_stiffness:g} N/m, and below "

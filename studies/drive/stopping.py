@@ -15,12 +15,11 @@ import numpy as np
 
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.rounding import up
-from studies.drive.course import Course, polynomial_course
+from studies.drive.course import RESTING, Course, polynomial_course
 from studies.drive.schema import Drive
 
 BISECTIONS = 200
 MORE = 2.0  # times the least time of a stop: the least one has jumps of the acceleration
-RESTING = 1e-9  # of the peak speed: below it nothing has to be stopped
 
 Phases = tuple[tuple[float, float], ...]  # (duration, jerk) one after the other
 

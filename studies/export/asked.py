@@ -197,7 +197,8 @@ class Asked:
                 f"{end:.6g} {unit}; give a place before its end"
             )
         if course.signal == "rope":
-            return first - (value if by_length else float(rope_length(truss, math.radians(value))))
+            length = value if by_length else float(rope_length(truss, math.radians(value)))
+            return float(rope_length(truss, truss.stowed_angle)) - length
         return float(angle_from_rope_length(truss, value)) if by_length else math.radians(value)
 
     def _time(self, flag: str) -> float:

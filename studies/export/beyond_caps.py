@@ -134,10 +134,10 @@ def _values(
             kernel = _bar_kernel(study.truss, formula)
             values[key] = _greatest(kernel, (*motion, replayed.force))
     if "peak-factored-force" in capped and study.margin is not None:
-        kernel = need_kernel(study.margin, study.truss, drive)
+        kernel = need_kernel(study.margin, study.truss, drive, study.opening)
         values["peak-factored-force"] = _greatest(kernel, motion)
     if "peak-stall-force" in capped and study.margin is not None:
-        at_standstill = standstill_kernel(study.margin, drive, study.truss)
+        at_standstill = standstill_kernel(study.margin, drive, study.truss, study.opening)
         if at_standstill is not None:
             values["peak-stall-force"] = _greatest(at_standstill, motion)
     return values

@@ -16,7 +16,7 @@ from typing import Any
 
 import casadi as ca
 
-from models.truss import Net, TrussParameters, rope_length, rope_speed
+from models.truss import Net, Opening, TrussParameters, rope_length, rope_speed
 from studies.drive.motor import motor_speed, rope_force_at
 from studies.drive.schema import Drive
 from studies.margin.loads import needed_in_motion, needed_of_the_motor, static_needs
@@ -61,6 +61,7 @@ def needed_at_standstill(
     omega: Any,
     acc: Any,
     net: Net = "by angle",
+    opening: Opening | None = None,
 ) -> tuple[Any, ...]:
     """The stall force that the margins need [N]; the largest counts. Empty without a motor."""
     first = stall_force(margin, drive)
@@ -73,7 +74,7 @@ def needed_at_standstill(
 
     motion = alpha, omega, acc
     if not falling:  # then what is needed at rest is the same number for all motions
-        return needed_of_the_motor(margin, truss, *motion, net, drive)
+        return needed_of_the_motor(margin, truss, *motion, net, drive, opening)
     needs = (
         *static_needs(margin, truss, alpha, net),
         *needed_in_motion(margin, truss, *motion, net, drive),
@@ -84,9 +85,12 @@ def needed_at_standstill(
 
 @lru_cache(maxsize=8)
 def standstill_kernel(
-    margin: MarginRequirements, drive: Drive | None, truss: TrussParameters
+    margin: MarginRequirements,
+    drive: Drive | None,
+    truss: TrussParameters,
+    opening: Opening | None = None,
 ) -> ca.Function | None:
     """Angle, speed and acceleration to the stall forces that the margins need; None without any."""
-    symbols = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
-    needs = needed_at_standstill(margin, drive, truss, *symbols)
+    symbols = alpha, omega, acc = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
+    needs = needed_at_standstill(margin, drive, truss, alpha, omega, acc, opening=opening)
     return ca.Function("stall", symbols, [ca.vertcat(*needs)], {"cse": True}) if needs else None

@@ -17,7 +17,6 @@ Every function takes and gives CasADi expressions, and none grows with the numbe
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
@@ -27,6 +26,7 @@ import casadi as ca
 from models.numerics import dense_peak
 from models.truss import (
     Net,
+    Opening,
     TrussParameters,
     coulomb_torque,
     gravity_slope,
@@ -38,6 +38,7 @@ from models.truss import (
     rope_length,
     rope_leverage,
     rope_speed,
+    whole_opening,
     with_symbols,
 )
 from models.truss.measured import torque_at
@@ -45,7 +46,6 @@ from studies.drive.motor import rotor_force
 from studies.drive.schema import Drive
 from studies.margin.schema import LoadCase, MarginRequirements
 
-OPEN = math.pi / 2
 AT_REST = ("springs", "net", "coulomb_friction", "test_bench", "holding", "measured")
 IN_MOTION = ("inertia", "joint_friction", "slider_friction")
 CONTRIBUTIONS = (*IN_MOTION, *AT_REST, "pulley_friction", "rotor")
@@ -158,6 +158,7 @@ def needed_of_the_motor(
     acc: Any,
     net: Net = "by angle",
     drive: Drive | None = None,
+    opening: Opening | None = None,
 ) -> tuple[Any, ...]:
     """What the motor must be able to pull [N on each rope], new and at its best.
 
@@ -167,7 +168,9 @@ def needed_of_the_motor(
     """
     known = isinstance(truss, TrussParameters)
     at_rest = (
-        [least_static_need(margin, truss)] if known else static_needs(margin, truss, alpha, net)
+        [least_static_need(margin, truss, opening)]
+        if known
+        else static_needs(margin, truss, alpha, net)
     )
     return (*at_rest, *needed_in_motion(margin, truss, alpha, omega, acc, net, drive))
 
@@ -191,15 +194,17 @@ def needed_in_motion(
 
 
 @lru_cache(maxsize=32)
-def least_static_need(margin: MarginRequirements, truss: TrussParameters) -> float:
-    """What the motor must be able to pull whatever the motion [N]: the largest static need."""
-    alpha = ca.SX.sym("alpha")
+def least_static_need(
+    margin: MarginRequirements, truss: TrussParameters, opening: Opening | None = None
+) -> float:
+    """What the motor must be able to pull in any motion between two angles [N], by default all."""
+    alpha, ends = ca.SX.sym("alpha"), opening or whole_opening(truss)
     needs = static_needs(margin, truss, alpha)
     kernel = ca.Function("needs", [alpha], [ca.vertcat(*needs)], {"cse": True})
     peak = dense_peak(
         lambda angle: kernel(angle[None]).full().max(axis=0),
-        truss.stowed_angle,
-        OPEN,
+        ends.start,
+        ends.end,
         breakpoints=(truss.net_angle,),
     )
     return float(peak.value)

@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from models.truss import TrussParameters, rope_length, rope_speed
+from models.truss import Opening, TrussParameters, rope_length, rope_speed, whole_opening
 from models.truss.measured import MOST_ROWS, thinning_error
 from ocp.arrays import Array, Integers
 from studies.common.result import Criterion, Series
@@ -100,6 +100,7 @@ def along(
     drive: Drive | None,
     time: Array,
     motion: tuple[Array, Array, Array],
+    opening: Opening | None = None,
 ) -> Travel:
     """The margins along a motion.
 
@@ -111,11 +112,12 @@ def along(
     Raises
     ------
     StudyError
-        If a measured curve does not cover the travel.
+        If a measured curve does not cover the travel, by default all of the opening.
     """
     angle, speed, acceleration = motion
     if margin.resistance is not None:
-        check_covers(margin.resistance, truss.stowed_angle, math.pi / 2, "margin.resistance")
+        ends = opening or whole_opening(truss)
+        check_covers(margin.resistance, ends.start, ends.end, "margin.resistance")
     available = _available(margin, truss, drive, angle, speed)
     wanted = dict(zip(KINDS, margin.required, strict=True))
 
@@ -163,11 +165,14 @@ def _kernel(
 
 @functools.lru_cache(maxsize=8)
 def need_kernel(
-    margin: MarginRequirements, truss: TrussParameters, drive: Drive | None = None
+    margin: MarginRequirements,
+    truss: TrussParameters,
+    drive: Drive | None = None,
+    opening: Opening | None = None,
 ) -> ca.Function:
     """Angle, speed and acceleration to what the motor must be able to pull; the largest counts."""
     symbols = alpha, omega, acc = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
-    needs = needed_of_the_motor(margin, truss, alpha, omega, acc, drive=drive)
+    needs = needed_of_the_motor(margin, truss, alpha, omega, acc, drive=drive, opening=opening)
     return ca.Function("needs", symbols, [ca.vertcat(*needs)], {"cse": True})
 
 

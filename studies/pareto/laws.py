@@ -22,7 +22,7 @@ def axis_of(name: str) -> FrontAxis:
     return FrontAxis(name, QUANTITIES[name].title, QUANTITIES[name].unit)
 
 
-def laws_in(truss: TrussStudy, duration: float) -> tuple[Deployment, Deployment]:
+def laws_in(truss: TrussStudy, duration: float) -> tuple[Deployment, ...]:
     """The paper's laws in a duration [s]."""
     return paper_laws_of(truss, duration)
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from models.errors import ModelError
-from models.laws import Law, least_jerk_cap
+from models.laws import Law
 from ocp import (
     Accuracy,
     AdaptiveMesh,
@@ -40,7 +40,7 @@ from studies.pareto.config import ParetoStudy, limited
 from studies.pareto.laws import axis_of
 from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
-from studies.truss.limits.bounds import lower_bounds
+from studies.truss.limits.bounds import least_jerk, lower_bounds, path_of_angle
 from studies.truss.limits.caps import cap_on
 from studies.truss.limits.feasibility import Unattained
 from studies.truss.motions.deployment import Deployment
@@ -230,7 +230,7 @@ class TrussFront:
     def _least_limit(self) -> tuple[float, Law]:
         """The least of what is limited, and its motion."""
         if self.limited == "peak-jerk":
-            least = least_jerk_cap(self.truss.stroke, self.truss.duration[1])
+            least = least_jerk(path_of_angle(self.truss), self.truss.duration[1])
             return least, self._found(self.at(least * (1 + ABOVE_THE_LEAST[0])))
         if self.limited in self.open_ends:
             least = self.open_ends[self.limited].value
@@ -434,4 +434,5 @@ class TrussFront:
         """The phase plane of the truss, which all points share, and what it has found."""
         from studies.truss.motions.phase_plane import PhasePlane
 
-        return functools.cache(PhasePlane(self.truss.truss).least_force)
+        plane = PhasePlane(self.truss.truss, opening=self.truss.opening)
+        return functools.cache(plane.least_force)

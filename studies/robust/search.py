@@ -91,7 +91,8 @@ def check(study: RobustTrussStudy, console: Console | None = None) -> None:
     duration = study.deployment.fixed_duration
     assert duration is not None
     truss = study.deployment.truss
-    study = with_corners(study, Deployment("Bezier", pinned_bezier(truss, duration), truss))
+    law = pinned_bezier(truss, duration, study.deployment.opening)
+    study = with_corners(study, Deployment("Bezier", law, truss))
     for name in study.scenarios:
         try:
             check_some_optimum(alone(study, name), console or silent())

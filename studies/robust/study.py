@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from models.laws import Law
 from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, at_work
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
@@ -27,6 +28,7 @@ from studies.robust.ranges import WorstTruss, extremes
 from studies.robust.replay import Replay, drawn, replay
 from studies.robust.search import RobustLaw, bounds, check, named, search
 from studies.truss.checks import criteria, engine_criterion, table_rows
+from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.tolerances import CAPS, TENSION
 from studies.truss.motions.deployment import Deployment, how_to_read
@@ -109,13 +111,18 @@ def _answer(study: RobustTrussStudy, console: Console, kept: FinishedSteps) -> R
     console.progress(f"{NOMINAL_LAW}: the best motion of the nominal truss, to compare with")
     nominal = replace(deployment, margin=None)
     law = best_law(nominal, console, kept=kept.within(NOMINAL_LAW), accuracy=None)
-    own = Deployment(NOMINAL_LAW, law, deployment.truss, None, deployment.margin)
+    own = _moved(NOMINAL_LAW, law, deployment)
     robust = search(study, own, console, kept)
 
     def result(whole: bool) -> Result:
         return _result(_found(robust, own, least, console, kept, whole))
 
     return kept_anyway(result, robust.audit.interrupted)
+
+
+def _moved(name: str, law: Law, study: TrussStudy) -> Deployment:
+    """A law on the truss of a study, without its drive."""
+    return Deployment(name, law, study.truss, margin=study.margin, opening=study.opening)
 
 
 def _found(
@@ -131,7 +138,7 @@ def _found(
     If the whole is asked for, also on those that are drawn, and with the bounds of the corners.
     """
     study, deployment = robust.study, robust.study.deployment
-    laws = (Deployment(ROBUST, robust.law, deployment.truss, None, deployment.margin), own)
+    laws = (_moved(ROBUST, robust.law, deployment), own)
     stated = np.array([study.values_of(stated) for stated in study.scenarios.values()])
     scenarios = {law.name: replay(law, stated) for law in laws}
     draws: dict[str, Replay] = {}
@@ -152,7 +159,9 @@ def _result(found: _Found) -> Result:
     bound = max(found.bounds.values())
 
     # the worst force stands first; the rows of any truss say what the law does to the nominal one
-    others = paper_laws(robust.truss, robust.law.duration, None, robust.margin)
+    opening = study.deployment.opening
+    of_it = (robust.truss, robust.law.duration, None, robust.margin, None, opening)
+    others = () if opening.rate else paper_laws(*of_it)
     rows = [
         replace(row, minimised=False)
         for row in table_rows(study.deployment, [*found.laws, *others], {})

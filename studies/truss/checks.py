@@ -16,7 +16,7 @@ from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import cap_on
 from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import paper_laws_of
+from studies.truss.motions.laws import laws_from_rest
 from studies.truss.quantities import OBJECTIVES, QUANTITIES, Quantity
 
 ARM_ROWS = 1201  # even instants at which what the arm does is looked at
@@ -73,7 +73,7 @@ def _weighted_sums(study: TrussStudy, laws: Sequence[Deployment]) -> list[TableR
 
 def objective_sizes(study: TrussStudy) -> dict[str, float]:
     """Sizes that make weighted objectives comparable: the Bezier law's values."""
-    bezier, _ = paper_laws_of(study, study.duration[1])
+    bezier, _ = laws_from_rest(study, study.duration[1])
     return {name: bezier.values[name] for name in OBJECTIVES if name in bezier.values}
 
 
@@ -125,26 +125,40 @@ def criteria(
 
 
 def _at_the_ends(study: TrussStudy, deployment: Deployment, angle_miss: float) -> list[Criterion]:
-    """From rest to rest, between the right angles, in time."""
-    duration = deployment.law.duration
+    """Between the right angles, from rest or the rate that is stated to rest, in time."""
+    duration, opening = deployment.law.duration, study.opening
     ends = deployment.law.motion(np.array([0.0, duration]))
-    misses = np.abs(ends.angle - np.array([study.truss.stowed_angle, DEPLOYED]))
+    misses = np.abs(ends.angle - np.array([opening.start, opening.end]))
     low, high = study.duration
     rest = REST * deployment.values["peak-speed"]
+    off, (first, last) = np.abs(ends.speed - np.array([opening.rate, 0.0])), end_names(study)
 
     held = [
-        at_most("miss of the stowed angle", "rad", misses[0], angle_miss),
-        at_most("miss of the deployed angle", "rad", misses[1], angle_miss),
-        at_most("speed at the ends", "rad/s", np.abs(ends.speed).max(), rest),
+        at_most(f"miss of the {first} angle", "rad", misses[0], angle_miss),
+        at_most(f"miss of the {last} angle", "rad", misses[1], angle_miss),
+        at_most(
+            "miss of the speed at the ends" if opening.rate else "speed at the ends",
+            "rad/s",
+            off.max(),
+            rest,
+        ),
         at_most("duration", "s", duration, high * (1 + LONGER)),
     ]
     if duration < low * (1 - LONGER):
         held.append(Criterion("duration (least)", "s", duration, low, False))
     if study.jerk_limited:  # else zero acceleration means nothing
         still = REST * deployment.values["peak-acceleration"]
-        worst = np.abs(ends.acceleration).max()
-        held.append(at_most("acceleration at the ends", "rad/s^2", worst, still))
+        worst = np.abs(ends.acceleration[1 if opening.rate else 0 :]).max()
+        where = "end" if opening.rate else "ends"
+        held.append(at_most(f"acceleration at the {where}", "rad/s^2", worst, still))
     return held
+
+
+def end_names(study: TrussStudy) -> tuple[str, str]:
+    """What the angles at both ends of a motion are called."""
+    start, end = study.opening.start, study.opening.end
+    first = "stowed" if start == study.truss.stowed_angle else "start"
+    return first, "deployed" if end == DEPLOYED else "end"
 
 
 def _under_the_caps(study: TrussStudy, deployment: Deployment) -> list[Criterion]:
@@ -189,13 +203,24 @@ def tolerated(study: TrussStudy, deployment: Deployment) -> list[str]:
     return [sentence for sentence in sentences if sentence]
 
 
+def start_in_words(study: TrussStudy) -> tuple[str, ...]:
+    """What a motion that is under way at its start leaves open."""
+    if not study.opening.rate:
+        return ()
+    return (
+        f"The ring turns at {study.start_rate_deg_per_s:g} deg/s at the start. Its acceleration is "
+        "free there: nothing says what the ropes pulled before. The laws of the paper start at "
+        "rest, so none of them is beside this motion.",
+    )
+
+
 def restart_in_words(deployment: Deployment) -> tuple[str, ...]:
     """What a motor with a rotor needs without momentum, beside what it needs with it."""
     peak, drive = deployment.values.get("peak-motor-force"), deployment.drive
     if peak is None or drive is None:
         return ()
     truss = deployment.truss
-    ridge = static_peak(truss)
+    ridge = static_peak(truss, deployment.opening)
     hauled = float(rope_length(truss, truss.stowed_angle) - rope_length(truss, ridge.angle))
     torque = float(motor_torque(drive, ridge.force, hauled))
     return (
@@ -217,7 +242,7 @@ def arm_in_words(deployment: Deployment) -> tuple[str, ...]:
     tip = 1e3 * float(np.abs(arm.tip(time)[1]).max())
     stowed, opened = (
         f"{float(arm.model.frequencies(angle)[0]):.3g}"
-        for angle in (deployment.truss.stowed_angle, DEPLOYED)
+        for angle in (deployment.law.start_angle, DEPLOYED)
     )
     satellite = "a satellite that is held"
     if (H := arm.model.satellite_inertia) is not None:

@@ -26,6 +26,7 @@ from studies.common.configuration import (
     describes,
     from_mapping,
     key,
+    not_negative,
     optional_key,
     positive,
     section,
@@ -49,7 +50,7 @@ from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:  # CasADi loads with the models, and not for a table of keys
     from models.ring_on_arm import RingOnArm
-    from models.truss import JointMasses, TrussParameters
+    from models.truss import JointMasses, Opening, TrussParameters
 
 DEPLOYED = math.pi / 2  # [rad]
 PAPER_DURATION = 140.0  # [s], follows from the paper's 5.7e-4 rad/s^2 and (40)
@@ -57,6 +58,8 @@ SETS = ("dynamic", "kinematic")  # of parameters, as the paper has them
 ONE_WAY = ("joint_coulomb", "slider_coulomb", "off_load_friction", "measured_torque")
 # of Coulomb friction, of a test bench and measured; none of them is the paper's
 LOADS = ("other_pulleys", "gravity", "off_load", *ONE_WAY)
+ENDS = ("start_deg", "start_rate_deg_per_s", "end_deg")  # of a motion that is not all of it
+ROUNDED = 1e-9  # relative: an angle in degrees that was meant to be the stowed one
 STARTS = ("bezier", "step5", "straight", "dwell", "phase-plane")
 
 
@@ -271,6 +274,8 @@ class TrussStudy:
     duration : shortest and longest duration [s]; equal if it is fixed.
     concession : relative worsening of a stage's optimum that later stages may use.
     smooth : whether the law is made smooth where a peak leaves it free.
+    start_deg, start_rate_deg_per_s, end_deg : where the ring starts, how fast it turns there, and
+        where it comes to rest; `opening` has them in radians.
     caps : limits that hold at all times, those of the drive among them.
     truss, solver : the rest.
     margin : that the motor has to have; None where none are asked for.
@@ -303,6 +308,15 @@ class TrussStudy:
                 read=_ends,
             ),
         ),
+    )
+    start_deg: float | None = optional_key(
+        positive, "deg", "angle at which the motion starts; that of the stowed ring by default"
+    )
+    start_rate_deg_per_s: float = key(
+        not_negative, "deg/s", "angular speed at the start, as after a tip-off", default=0.0
+    )
+    end_deg: float | None = optional_key(
+        positive, "deg", "angle at which the motion comes to rest; 90, open, by default"
     )
     concession: float = key(
         _share, "", "relative loss that a later objective may cost an earlier one", default=5e-5
@@ -396,6 +410,7 @@ class TrussStudy:
     def __post_init__(self) -> None:
         check(self)
         self._check_plausible()
+        self._check_opening()
         if "time" in self.objectives and self.fixed_duration is not None:
             raise StudyError(
                 f"the objective time needs bounds on the duration, but it is fixed at "
@@ -407,7 +422,7 @@ class TrussStudy:
         if self.drive is not None:
             from studies.drive.snap_through import check_rope  # the models load with it
 
-            check_rope(self.truss, self.drive)
+            check_rope(self.truss, self.drive, self.opening)
         if self.plans_stretch and self.arm is not None:
             raise StudyError(
                 "drive.plan_stretch is for a ring whose fixed bar is held, but [arm] is stated; "
@@ -428,6 +443,45 @@ class TrussStudy:
         within = within_the_drive(resolved, self.drive)
         object.__setattr__(self, "caps", with_margins_kept(within, self.drive, self.margin))
 
+    def _check_opening(self) -> None:
+        """Refuse angles that no motion has, and a start that other keys rule out."""
+        truss = self.truss
+        stowed = math.degrees(truss.stowed_angle)
+        start = stowed if self.start_deg is None else self.start_deg
+        end = 90.0 if self.end_deg is None else self.end_deg
+        if start < stowed * (1 - ROUNDED):
+            raise StudyError(
+                f"start_deg is {start:g}, but the stowed ring is at {stowed:.6g} deg; start there "
+                "or later, or lower truss.stowed_angle_deg"
+            )
+        if end > 90.0:
+            raise StudyError(f"end_deg is {end:g}, but the ring is open at 90 deg; end there")
+        if start >= end:
+            raise StudyError(
+                f"the motion starts at {start:g} deg and ends at {end:g} deg; start before the end "
+                "(start_deg), or end later, at up to 90 deg (end_deg)"
+            )
+        if self.arm is not None and end < 90.0:
+            raise StudyError(
+                f"end_deg is {end:g}, but what is left in the arm is looked at with the ring open; "
+                "leave end_deg or [arm] out"
+            )
+        if not self.start_rate_deg_per_s:
+            return
+        kept_at_rest = {
+            "[arm], which is at rest at first,": self.arm is not None,
+            "drive.rope_stiffness, with which the ring is at rest at first,": (
+                self.drive is not None and self.drive.rope_stiffness is not None
+            ),
+            "drive.start_dwell": self.drive is not None and self.drive.start_dwell > 0.0,
+        }
+        for other, stated in kept_at_rest.items():
+            if stated:
+                raise StudyError(
+                    f"start_rate_deg_per_s is {self.start_rate_deg_per_s:g}, but {other} is "
+                    "stated; leave one of them out"
+                )
+
     def _check_bench(self) -> None:
         """Refuse what the models of arm and yielding ropes leave out."""
         if self.arm is not None and any(self.truss.gravity):
@@ -438,7 +492,7 @@ class TrussStudy:
         if curve := self.truss.measured_torque:
             from studies.margin.resistance import check_covers
 
-            ends = self.truss.stowed_angle, DEPLOYED
+            ends = self.opening.start, self.opening.end
             check_covers(curve, *ends, "truss.measured_torque")
             if self.margin is not None and self.margin.resistance is not None:
                 raise StudyError(
@@ -497,17 +551,36 @@ class TrussStudy:
 
         multiple = MULTIPLE_OF_DURATION.fullmatch(stated)
         if multiple is None:
-            return law_jerk(stated, duration, self.truss.stowed_angle)
+            return law_jerk(stated, duration, self.opening.start, self.opening.end)
         return positive("caps.jerk times T^3", as_number(multiple[1])) / duration**3
+
+    @functools.cached_property
+    def opening(self) -> Opening:
+        """The angles of the motion, and its rate at the start."""
+        from models.truss import Opening
+
+        degrees, stowed = self.start_deg, self.truss.stowed_angle
+        return Opening(
+            stowed if degrees is None else max(math.radians(degrees), stowed),
+            DEPLOYED if self.end_deg is None else math.radians(self.end_deg),
+            math.radians(self.start_rate_deg_per_s),
+        )
 
     @property
     def stroke(self) -> float:
         """D [rad]."""
-        return DEPLOYED - self.truss.stowed_angle
+        return self.opening.stroke
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the motion is from rest at the stowed angle to the open ring."""
+        from models.truss import whole_opening
+
+        return self.opening == whole_opening(self.truss)
 
     @property
     def jerk_limited(self) -> bool:
-        """Whether the acceleration is continuous, and so zero at both ends."""
+        """Whether the acceleration is continuous, and so zero at each end where the ring rests."""
         capped = self.caps.jerk is not None or self.caps.rope_jerk is not None
         return capped or "peak-rope-jerk" in self.objectives
 
@@ -542,8 +615,20 @@ class TrussStudy:
         loads = ", ".join(name.replace("_", " ") for name in stated)
         return (
             f"Ring truss, {self.truss.modules} modules, mu = {self.truss.pulley_friction:g}, "
-            f"{time}{f', with {loads}' if loads else ''}: least {aims}"
+            f"{time}{self._ends_in_words}{f', with {loads}' if loads else ''}: least {aims}"
         )
+
+    @property
+    def _ends_in_words(self) -> str:
+        """Where the motion starts and ends, if it is not all of it."""
+        if self.is_whole:
+            return ""
+        start, end, rate = (
+            f"{math.degrees(value):.6g}"
+            for value in (self.opening.start, self.opening.end, self.opening.rate)
+        )
+        moving = f" at {rate} deg/s" if self.opening.rate else ""
+        return f", from {start} deg{moving} to {end} deg"
 
 
 def _as_row(value: Any) -> tuple[Any, ...]:
@@ -574,19 +659,19 @@ def study_from(raw: Mapping[str, Any]) -> TrussStudy:
     return from_mapping(TrussStudy, raw)
 
 
-def law_jerk(name: str, duration: float, stowed_angle: float) -> float:
-    """Peak jerk [rad/s^3] of one of the paper's laws."""
-    return _jerk_of_a_second(name, stowed_angle) / duration**3
+def law_jerk(name: str, duration: float, start: float, end: float = DEPLOYED) -> float:
+    """Peak jerk [rad/s^3] of one of the paper's laws between two angles [rad]."""
+    return _jerk_of_a_second(name, start, end) / duration**3
 
 
 @functools.lru_cache(maxsize=256)
-def _jerk_of_a_second(name: str, stowed_angle: float) -> float:
+def _jerk_of_a_second(name: str, start: float, end: float) -> float:
     """Peak jerk [rad/s^3] of a law of 1 s; kept, as a sweep asks for it thousands of times."""
     from models.laws import Bezier, Step5, paper_points, peaks
 
     if name == "bezier":
-        return peaks(Bezier(1.0, paper_points(stowed_angle, DEPLOYED))).jerk
-    return peaks(Step5(1.0, stowed_angle, DEPLOYED)).jerk
+        return peaks(Bezier(1.0, paper_points(start, end))).jerk
+    return peaks(Step5(1.0, start, end)).jerk
 
 
 def as_dictionary(study: TrussStudy) -> dict[str, Any]:
@@ -596,9 +681,11 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         for stage in study.minimise
     ]
     low, high = study.duration
+    ends = {name: value for name in ENDS if (value := getattr(study, name))}
     return {
         "minimise": stages[0] if len(stages) == 1 else stages,
         "duration": low if low == high else [low, high],
+        **ends,
         "concession": study.concession,
         "smooth": study.smooth,
         "caps": as_stated(study.caps),  # a cap that is not stated has no value in TOML

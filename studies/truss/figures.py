@@ -199,7 +199,7 @@ def force_figure(deployments: Sequence[Deployment], caps: Caps | None = None) ->
     first = deployments[0]
     figure, axes = _row(2, "Motor force on each of the two ropes")
     _draw_caps(axes, ("peak-force", None), caps)
-    peak = static_peak(first.truss)
+    peak = static_peak(first.truss, first.opening)
     axes[0].axhline(peak.force, color="0.6", lw=0.8, label=f"static peak {peak.force:.2f} N")
     for deployment, colour, style in styled(deployments):
         t = times(deployment)

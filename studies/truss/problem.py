@@ -1,14 +1,15 @@
 """The truss's optimal control problem, stated in `ocp`.
 
 With a cap on jerk the states are angle, speed and acceleration, all zero rates at both ends (45),
-and the jerk is the control. If the stretch of the ropes is planned the jerk is a state, zero at
+and the jerk is the control. A motion that is under way at its start has its speed there, and any
+acceleration. If the stretch of the ropes is planned the jerk is a state, zero at
 both ends, and the snap is the control. Without a cap on jerk, zero acceleration at the ends means
 nothing: the states are angle and speed. The control is the rope force where the optimum switches it
 between its bounds, else the acceleration: in a slow motion the one is a small difference of large
 others.
 
 Where forces matter the motion has two phases, before and after the net becomes taut, so that the
-kink of the potential (26) lies on their common end.
+kink of the potential (26) lies on their common end. One that passes no such angle has one.
 """
 
 from __future__ import annotations
@@ -179,7 +180,7 @@ def state(
     signals = _signals(study, study.truss if truss is None else truss, with_forces, caps, pull)
     if moved is not None:
         signals = replace(signals, arm=_arm_signals(moved, signals))
-    nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
+    nets = _nets(study) if with_forces else ("by angle",)
     phases = _phases(study, start, signals, nets, reserve, caps, moved)
     pairs = tuple(zip(phases, nets, strict=True))
 
@@ -207,6 +208,13 @@ def state(
         longest = caps.constants["time"]
         links += (Bound("longest duration", phases[-1].end_time, "s", upper=longest),)
     return Statement(phases, nets, signals, stages, roughness, priced, links)
+
+
+def _nets(study: TrussStudy) -> tuple[Net, ...]:
+    """The branches of the potential that a motion passes."""
+    if study.opening.start >= study.truss.net_angle:
+        return ("taut",)
+    return ("slack", "taut") if study.opening.end > study.truss.net_angle else ("slack",)
 
 
 def _arm_of_the_guess(study: TrussStudy, start: StartingMotion) -> ArmMotion | None:
@@ -348,7 +356,7 @@ def settings_of(study: TrussStudy, with_forces: bool, accuracy: Accuracy | None 
     A start that wanders leaves time for the others. The accuracy is that of a result by default.
     """
     share = study.solver.seconds / len(study.solver.starts)
-    phases = 2 if with_forces else 1
+    phases = len(_nets(study)) if with_forces else 1
     if study.arm is not None:
         return Settings(
             scheme=Radau(ARM_DEGREE),
@@ -359,7 +367,7 @@ def settings_of(study: TrussStudy, with_forces: bool, accuracy: Accuracy | None 
             seconds=max(share, LEAST_OF_A_START),
         )
     # moved to the switches of the jerk; where forces matter, bisection is more robust
-    moving = phases == 1 and control_of(study, with_forces)[1] == "constant"
+    moving = not with_forces and control_of(study, with_forces)[1] == "constant"
     # on its switches a motion is exact at once; elsewhere each digit more doubles the mesh
     objective = ROUGHLY if study.plans_stretch else OPTIMUM
     accuracy = accuracy or (Accuracy() if moving else Accuracy(objective=objective))
@@ -390,10 +398,13 @@ def _phases(
         rest[signals.acceleration] = 0.0
     if isinstance(signals.jerk, State):
         rest[signals.jerk] = 0.0
-    first = {angle: study.truss.stowed_angle, **rest}
+    opening = study.opening
+    first = {angle: opening.start, **rest}
+    if opening.rate:  # nothing says what went before, so that its acceleration is free
+        first = {angle: opening.start, signals.speed: opening.rate}
     if signals.arm is not None:
         first |= dict.fromkeys((*signals.arm.coordinates, *signals.arm.rates), 0.0)
-    last = {angle: DEPLOYED, **rest}
+    last = {angle: opening.end, **rest}
     if len(nets) == 1:
         bounds = _bounds(study, signals, nets[0], reserve, caps)
         return (
@@ -474,7 +485,7 @@ def _bounds(
         (more,) = Instant(study, signals, net, reserve).rope_forces
         bounds.append(Bound("rope force with its reserve", more, "N", upper=strongest))
     if signals.force is None:
-        size = static_peak(study.truss).force
+        size = static_peak(study.truss, study.opening).force
         forces = (force,) if signals.pull is None else Instant(study, signals, net).rope_forces
         for name, one in zip(bound_names(ROPE_FORCE, len(forces)), forces, strict=True):
             bounds.append(Bound(name, one, "N", lower=0.0, upper=strongest, scale=size))
@@ -501,7 +512,7 @@ def _caps_on_expressions(
         for name, formula in zip(_names_of(quantity.title, moving), moving, strict=True):
             if quantity.kind == "least":
                 # where a motion ends in an impulse its inertia's force is no measure of a tension
-                size = static_peak(study.truss).force
+                size = static_peak(study.truss, study.opening).force
                 yield Bound(name, formula, quantity.unit, lower=cap, scale=size)
             else:
                 cap = cap * (1 - quantity.back_off) if quantity.back_off else cap

@@ -17,13 +17,14 @@ from models.truss import (
     TrussParameters,
     least_rope_stiffness,
     rope_mode_frequency,
+    whole_opening,
 )
 from studies.common.result import Criterion, at_most
 from studies.drive.schema import Drive
 from studies.truss.motions.deployment import Deployment
 
 OPEN = math.pi / 2 + 1e-6  # [rad]: beyond it the truss is taken to pass 90 deg
-SHOWN = (45.0, 80.0, 90.0)  # [deg] beside the stowed angle, of the mode's frequency
+SHOWN = (45.0, 80.0)  # [deg] beside the motion's ends, of the mode's frequency
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +49,10 @@ def rope_of(deployment: Deployment) -> RopeParts:
     if drive is None or drive.rope_stiffness is None:
         return RopeParts()
     stiffness, yields = drive.rope_stiffness, drive.rope_yields
-    least = least_rope_stiffness(truss, yields)
-    stowed = math.degrees(truss.stowed_angle)
-    angles = [stowed, *(angle for angle in SHOWN if angle > stowed)]
+    ends = deployment.opening or whole_opening(truss)
+    least = least_rope_stiffness(truss, yields, ends)
+    start, end = math.degrees(ends.start), math.degrees(ends.end)
+    angles = [start, *(angle for angle in SHOWN if start < angle < end), end]
     frequencies = rope_mode_frequency(truss, np.radians(angles), stiffness, yields).tolist()
 
     checks: tuple[Criterion, ...] = ()

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from matplotlib.figure import Figure
 
-from models.truss import least_rope_stiffness, rope_mode_frequency
+from models.truss import least_rope_stiffness, rope_mode_frequency, whole_opening
 from studies.common.drawing import label_axes
 from studies.truss.motions.deployment import Deployment
 
@@ -28,9 +26,11 @@ def rope_mode_figure(deployment: Deployment) -> Figure:
     mode, angle, force = figure.subplots(1, 3)
 
     net = truss.net_angle  # at which the frequency steps: the net adds its stiffness
-    alpha = np.linspace(truss.stowed_angle, math.pi / 2, ANGLES)
-    alpha = np.union1d(alpha, [np.nextafter(net, 0.0), net])
-    least = least_rope_stiffness(truss, drive.rope_yields).stiffness
+    ends = deployment.opening or whole_opening(truss)
+    alpha = np.linspace(ends.start, ends.end, ANGLES)
+    if ends.start < net < ends.end:
+        alpha = np.union1d(alpha, [np.nextafter(net, 0.0), net])
+    least = least_rope_stiffness(truss, drive.rope_yields, ends).stiffness
     for share in STIFFER:
         stiffness = share * drive.rope_stiffness
         if stiffness <= least:

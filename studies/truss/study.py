@@ -22,6 +22,7 @@ from studies.truss.checks import (
     criteria,
     engine_criterion,
     restart_in_words,
+    start_in_words,
     table_rows,
     tolerated,
 )
@@ -132,6 +133,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
             *margins.sentences,
             *best.remarks,
             *bars.sentences,
+            *start_in_words(study),
             *restart_in_words(best.deployment),
             *arm_in_words(best.deployment),
             *rope.sentences,

@@ -13,9 +13,11 @@ from models.laws import (
     Hermite,
     JerkLimited,
     Piecewise,
+    RateCaps,
     Step5,
     constant_acceleration,
     least_peak_acceleration,
+    least_time,
     linear_jerk,
 )
 from studies.cli import main
@@ -28,7 +30,7 @@ from studies.truss import figures
 from studies.truss import study as truss_study
 from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.figures import all_figures, angle_figure
-from studies.truss.limits.bounds import least_time, least_work
+from studies.truss.limits.bounds import least_work
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, columns_at, profile
 from studies.truss.motions.laws import knots, paper_laws, pinned_bezier, stored_law
@@ -162,10 +164,10 @@ def test_forces_are_the_same_between_the_rows_of_a_profile() -> None:
 @pytest.mark.parametrize("jerk", [69.0, 124.22, 1000.0])
 def test_least_time_inverts_the_jerk_limited_law(jerk: float) -> None:
     law = JerkLimited(T, math.pi / 2 - D, math.pi / 2, jerk / T**3)
-    caps = Caps(jerk=jerk / T**3, acceleration=law.peak_acceleration)
+    caps = RateCaps(jerk=jerk / T**3, acceleration=law.peak_acceleration)
     assert least_time(D, caps) == pytest.approx(T, rel=1e-9)
-    assert least_time(D, Caps(speed=0.1)) == pytest.approx(D / 0.1)
-    assert least_time(D, Caps(acceleration=0.3)) == pytest.approx(2 * math.sqrt(D / 0.3))
+    assert least_time(D, RateCaps(speed=0.1)) == pytest.approx(D / 0.1)
+    assert least_time(D, RateCaps(acceleration=0.3)) == pytest.approx(2 * math.sqrt(D / 0.3))
 
 
 def test_a_ramped_jerk_integrates_exactly() -> None:

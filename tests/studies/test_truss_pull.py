@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from models.laws import RateCaps, least_time
 from models.truss import DYNAMIC_SET
 from studies.common.result import Result
 from studies.truss.config import as_dictionary, study_from
 from studies.truss.figures import with_friction
-from studies.truss.limits.bounds import least_time
 from studies.truss.limits.caps import Caps
 from studies.truss.limits.pull import least_time_of_pull, push_of_springs
 from studies.truss.motions.laws import paper_laws, study_of
@@ -29,10 +29,11 @@ STROKE = math.pi / 2 - DYNAMIC_SET.stowed_angle
     speed=st.floats(0.3, 1.5),
 )
 def test_slow_motions_are_bound_by_the_rates_alone(jerk, share, speed):
-    free = least_time(STROKE, Caps(jerk=jerk))
+    free = least_time(STROKE, RateCaps(jerk=jerk))
     # shares of the peaks that the motion under the jerk cap alone has
-    caps = Caps(jerk=jerk, acceleration=share * jerk * free / 4, speed=speed * 2 * STROKE / free)
-    exact = least_time(STROKE, caps)
+    rates = (speed * 2 * STROKE / free, share * jerk * free / 4, jerk)
+    exact = least_time(STROKE, RateCaps(*rates))
+    caps = Caps(**dict(zip(("speed", "acceleration", "jerk"), rates, strict=True)))
     bound = least_time_of_pull(DYNAMIC_SET, caps, None, enough=0.0)
     assert bound <= exact
     # cells of the highest speed cost about a hundredth

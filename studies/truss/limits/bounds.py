@@ -8,28 +8,39 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from models.errors import ModelError
-from models.laws import least_jerk_cap, least_peak_acceleration
+from models.laws import (
+    RateCaps,
+    least_cap,
+    least_jerk_cap,
+    least_peak_acceleration,
+    least_time,
+)
 from models.truss import (
+    Opening,
     TrussParameters,
+    centre_travel,
     joint_damping,
-    least_peak_reaction,
+    kinetic_energy,
+    linear_momentum,
     rope_leverage,
     rope_speed,
+    rope_taken,
     rope_travel,
     static_force,
     static_torque,
+    total_mass,
 )
-from studies.drive.motor import motor_torque, motor_turn
+from studies.drive.motor import motor_torque, motor_turn, rotor_mass
 from studies.margin.loads import least_static_need
 from studies.margin.schema import MarginRequirements
-from studies.truss.config import DEPLOYED, TrussStudy
-from studies.truss.limits.caps import CAPPED, CURVE, Caps, cap_on
+from studies.truss.config import TrussStudy
+from studies.truss.limits.caps import CAPPED, CURVE, cap_on
 from studies.truss.limits.pull import least_time_of_pull
 from studies.truss.limits.ridge import ridge_force, ridge_need
 
@@ -41,81 +52,89 @@ BETWEEN = 1.01  # what a peak may be above that of the points of a phase plane
 ROUNDING = 1e-12  # relative: a cap set to the printed bound itself passes
 
 
-def least_time(stroke: float, caps: Caps) -> float:
-    """Least time [s] from rest to rest under the caps on speed, acceleration and jerk alone."""
-    if caps.speed is None and caps.acceleration is None and caps.jerk is None:
-        return 0.0
-    speed = _top_speed(stroke, caps)
-    cruise = 0.0 if math.isinf(speed) else (stroke - speed * _ramp_time(speed, caps)) / speed
-    return cruise + 2 * _ramp_time(speed, caps)
+class Path(NamedTuple):
+    """What has to come to rest at the end of a way, and how fast it is at first."""
+
+    way: float
+    start_speed: float
 
 
-def _ramp_time(speed: float, caps: Caps) -> float:
-    """Least time from rest to `speed`, the acceleration zero at both ends if jerk is capped."""
-    acceleration, jerk = caps.acceleration, caps.jerk
-    if jerk is None:
-        return 0.0 if acceleration is None else speed / acceleration
-    if acceleration is None or acceleration**2 >= speed * jerk:
-        return 2 * math.sqrt(speed / jerk)
-    return speed / acceleration + acceleration / jerk
+def path_of_angle(study: TrussStudy) -> Path:
+    """The angle [rad, rad/s]."""
+    return Path(study.stroke, study.opening.rate)
 
 
-def _top_speed(stroke: float, caps: Caps) -> float:
-    """Speed reached when the stroke is covered as fast as possible [rad/s]."""
-    cap = math.inf if caps.speed is None else caps.speed
-    if caps.acceleration is None and caps.jerk is None:
-        return cap
-    low, high = 0.0, min(cap, 1e9)
-    if high * _ramp_time(high, caps) <= stroke:
-        return high
-    for _ in range(200):  # bisection of the increasing speed * ramp time
-        middle = (low + high) / 2
-        low, high = (middle, high) if middle * _ramp_time(middle, caps) < stroke else (low, middle)
-    return low
+def path_of_rope(study: TrussStudy) -> Path:
+    """One rope, hauled in [m, m/s]."""
+    truss, opening = study.truss, study.opening
+    hauling = -float(rope_speed(truss, opening.start, opening.rate)) if opening.rate else 0.0
+    return Path(rope_travel(truss, opening), hauling)
+
+
+def path_of_centre(study: TrussStudy) -> Path:
+    """The ring's centre, times its mass, whose second rate is the reaction [kg m, N s]."""
+    truss, opening = study.truss, study.opening
+    momentum = float(linear_momentum(truss, opening.start, opening.rate))
+    return Path(float(total_mass(truss)) * centre_travel(truss, opening), momentum)
+
+
+def rate_caps(
+    speed: float | None = None, acceleration: float | None = None, jerk: float | None = None
+) -> RateCaps:
+    """Caps on rates, of which None is no limit."""
+    return RateCaps(*(math.inf if cap is None else cap for cap in (speed, acceleration, jerk)))
+
+
+def least_time_of_angle(study: TrussStudy) -> float:
+    """Least time [s] under the caps on the rates of the angle alone."""
+    caps, path = study.caps, path_of_angle(study)
+    return least_time(path.way, rate_caps(caps.speed, caps.acceleration, caps.jerk), path[1])
 
 
 def least_work(study: TrussStudy, duration: float) -> float:
     """Lower bound on the motor's work in `duration` [J].
 
-    The work is the integral over the angle of r (U' + C + D omega + K'), and that of r K' is not
-    negative because r falls with the angle; the friction term is at least what an angle-wise
-    optimal speed would need (Cauchy and Schwarz).
+    The work is the integral over the angle of r (U' + C + D omega + K'), and that of r K' is at
+    least -r K of the start, because r falls with the angle; the friction term is at least what an
+    angle-wise optimal speed would need (Cauchy and Schwarz).
     """
-    static, friction = _parts_of_the_work(study.truss)
+    static, friction = _parts_of_the_work(study.truss, study.opening)
     return static + friction / duration
 
 
-def _parts_of_the_work(truss: TrussParameters) -> tuple[float, float]:
-    """What the least work is at rest [J], and what friction adds, times the duration [J s]."""
+def _parts_of_the_work(truss: TrussParameters, opening: Opening) -> tuple[float, float]:
+    """What the least work is but for friction [J], and what that adds, times the duration [J s]."""
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     static, friction = 0.0, 0.0
-    for low, high in ((truss.stowed_angle, truss.net_angle), (truss.net_angle, DEPLOYED)):
+    net = min(max(truss.net_angle, opening.start), opening.end)
+    for low, high in ((opening.start, net), (net, opening.end)):
         alpha = ca.DM((low + high) / 2 + (high - low) / 2 * nodes)
         ratio = (-2 * rope_speed(truss, alpha, 1.0) / rope_leverage(truss, alpha)).full().ravel()
         slope = static_torque(truss, alpha).full().ravel()
         damping = joint_damping(truss, alpha).full().ravel()
         static += (high - low) / 2 * float(weights @ (ratio * slope))
         friction += (high - low) / 2 * float(weights @ np.sqrt(ratio * damping))
+    if opening.rate:
+        ratio = -2 * rope_speed(truss, opening.start, 1.0) / rope_leverage(truss, opening.start)
+        static -= float(ratio * kinetic_energy(truss, opening.start, opening.rate))
     return static, friction**2
 
 
 def least_time_of_the_mechanism(study: TrussStudy) -> float:
     """Least time [s] under the caps of angle, rope, motors and arm, each kind by itself."""
     truss, caps, drive = study.truss, study.caps, study.drive
-    travel = rope_travel(truss)
+    travel, hauling = path_of_rope(study)
     speeds = [caps.rope_speed]
     if caps.motor_speed is not None and drive is not None:  # at the mean radius of the drum
         speeds.append(caps.motor_speed * travel / motor_turn(drive, travel))
-    of_the_rope = Caps(
-        speed=min((cap for cap in speeds if cap is not None), default=None),
-        acceleration=caps.rope_acceleration,
-        jerk=caps.rope_jerk,
-    )
-    times = [least_time(study.stroke, caps), least_time(travel, of_the_rope)]
-    if caps.reaction is not None:  # 4 M dR / T^2 at least
-        times.append(math.sqrt(least_peak_reaction(truss, 1.0) / caps.reaction))
+    fastest = min((cap for cap in speeds if cap is not None), default=None)
+    of_the_rope = rate_caps(fastest, caps.rope_acceleration, caps.rope_jerk)
+    times = [least_time_of_angle(study), least_time(travel, of_the_rope, hauling)]
+    if caps.reaction is not None:
+        way, momentum = path_of_centre(study)
+        times.append(least_time(way, RateCaps(acceleration=caps.reaction), momentum))
     if caps.power is not None:  # static + friction / T = power T
-        static, friction = _parts_of_the_work(truss)
+        static, friction = _parts_of_the_work(truss, study.opening)
         root = math.sqrt(static**2 + 4 * caps.power * friction)
         times.append((static + root) / (2 * caps.power))
     return max(times)
@@ -142,26 +161,26 @@ def lower_bounds(
     """
     caps, drive = study.caps, study.drive
     duration = study.duration[1] if longest is None else longest
-    work, travel = least_work(study, duration), rope_travel(study.truss)
+    work, angle, rope = least_work(study, duration), path_of_angle(study), path_of_rope(study)
 
     bounds = {
-        "peak-acceleration": _least_acceleration(study.stroke, duration, caps.jerk, caps.speed),
-        "peak-rope-speed": travel / duration,
+        "peak-acceleration": _least_acceleration(angle, duration, caps.jerk, caps.speed),
+        "peak-rope-speed": _least_speed(rope, duration),
         "peak-rope-acceleration": _least_acceleration(
-            travel, duration, caps.rope_jerk, caps.rope_speed
+            rope, duration, caps.rope_jerk, caps.rope_speed
         ),
-        "peak-reaction": least_peak_reaction(study.truss, duration),
-        "peak-speed": study.stroke / duration,
+        "peak-reaction": _least_acceleration(path_of_centre(study), duration),
+        "peak-speed": _least_speed(angle, duration),
         "peak-power": work / duration,
         "energy": work,
         "time": max(study.duration[0], least_time_of_the_mechanism(study), least_time_of_force),
     }
     if "time" in study.objectives and study.arm is None:
-        pull = least_time_of_pull(study.truss, caps, caps.force, enough=0.0)
+        pull = least_time_of_pull(study.truss, caps, caps.force, 0.0, study.opening)
         bounds["time"] = max(bounds["time"], pull)
     if study.jerk_limited:
-        bounds["peak-jerk"] = least_jerk_cap(study.stroke, duration)
-        bounds["peak-rope-jerk"] = least_jerk_cap(travel, duration)
+        bounds["peak-jerk"] = least_jerk(angle, duration)
+        bounds["peak-rope-jerk"] = least_jerk(rope, duration)
     forces = _forces(study, force, duration)
     if forces:
         bounds["peak-force"] = max(forces)
@@ -170,14 +189,14 @@ def lower_bounds(
         forces = [least_pull(study, duration) if motor is None else motor.force]
         bounds["peak-motor-force"] = forces[0]
     if study.margin is not None:
-        needs = [_least_need(study.margin, study.truss, forces)]
-        need = None if rotor else ridge_need(study.margin, study.truss, caps)
+        needs = [_least_need(study.margin, study, forces)]
+        need = None if rotor else ridge_need(study.margin, study.truss, caps, study.opening)
         if need is not None:
             needs.append(need.force)
         # a stall force is what is needed, and more where the motor moves
         bounds["peak-factored-force"] = bounds["peak-stall-force"] = max(needs)
     if drive is not None and drive.drum_radius is not None:
-        bounds["peak-motor-speed"] = motor_turn(drive, travel) / duration
+        bounds["peak-motor-speed"] = motor_turn(drive, rope.way) / duration
         if forces:
             bounds["peak-motor-torque"] = float(motor_torque(drive, max(forces), 0.0))
     return bounds
@@ -187,32 +206,34 @@ def _forces(study: TrussStudy, force: LeastForce | None, duration: float) -> lis
     """Lower bounds on the peak of the rope force [N]; there may be none."""
     if study.arm is not None:  # which may push the ring over a ridge
         return [least_pull(study, duration)]
-    ridge = ridge_force(study.truss, study.caps)
+    ridge = ridge_force(study.truss, study.caps, study.opening)
     return [one.force for one in (force, ridge) if one is not None]
 
 
 def least_pull(study: TrussStudy, duration: float) -> float:
     """Lower bound on the force of a motor with a rotor [N]: work over travel, and rest at the ends.
 
-    From rest to rest a rotor takes no work in all. Where the acceleration is zero at the ends, the
-    motor holds the truss there by the static force. The same holds of a rope whose ring is on an
-    arm: the arm begins at rest, and where the ring is open the tip moves it no more (R' = 0).
+    From rest to rest a rotor takes no work in all, and one that turns at first gives what it has.
+    Where the acceleration is zero at the ends, the motor holds the truss there by the static force.
+    The same holds of a rope whose ring is on an arm: the arm begins at rest, and where the ring is
+    open the tip moves it no more (R' = 0).
     """
-    mean = least_work(study, duration) / (2 * rope_travel(study.truss))
+    opening, (travel, hauling) = study.opening, path_of_rope(study)
+    rotor = rotor_mass(study.drive, float(rope_taken(study.truss, opening.start)))
+    mean = (least_work(study, duration) - rotor * hauling**2) / (2 * travel)
     if not study.jerk_limited:
         return mean
-    ends = study.truss.stowed_angle, DEPLOYED
+    ends = (opening.end,) if opening.rate else (opening.start, opening.end)
     return max(mean, *(float(static_force(study.truss, end)) for end in ends))
 
 
-def _least_need(
-    margin: MarginRequirements, truss: TrussParameters, forces: Sequence[float]
-) -> float:
+def _least_need(margin: MarginRequirements, study: TrussStudy, forces: Sequence[float]) -> float:
     """What the motor must be able to pull whatever the motion [N]: at rest, and in the least force.
 
     No factor is below one, so that a factored force is at least the force itself.
     """
-    least = least_static_need(margin, truss)
+    truss = study.truss
+    least = least_static_need(margin, truss, study.opening)
     helping = margin.resistance is not None and min(t for _, t in margin.resistance) < 0.0
     if not forces or helping:
         return least
@@ -220,14 +241,33 @@ def _least_need(
     return max([least, *((1 + margin.required[1]) * max(forces) / c.derating.whole for c in cases)])
 
 
+def _least_speed(path: Path, duration: float) -> float:
+    """Least peak of a speed: its mean, or the speed at the start."""
+    return max(path.way / duration, path.start_speed)
+
+
 def _least_acceleration(
-    stroke: float, duration: float, jerk: float | None, speed: float | None
+    path: Path, duration: float, jerk: float | None = None, speed: float | None = None
 ) -> float:
     """Least peak acceleration under these caps, or without them if they leave no motion."""
+    way, v0 = path
+    if v0:
+        least = (
+            least_cap("acceleration", others, way, duration, v0)
+            for others in (rate_caps(speed, jerk=jerk), RateCaps())
+        )
+        return next(filter(math.isfinite, least))
     try:
-        return least_peak_acceleration(stroke, duration, jerk=jerk, speed=speed)
+        return least_peak_acceleration(way, duration, jerk=jerk, speed=speed)
     except ModelError:
-        return least_peak_acceleration(stroke, duration)
+        return least_peak_acceleration(way, duration)
+
+
+def least_jerk(path: Path, duration: float) -> float:
+    """Least peak of the jerk, without further caps."""
+    if not path.start_speed:
+        return least_jerk_cap(path.way, duration)
+    return least_cap("jerk", RateCaps(), path.way, duration, path.start_speed)
 
 
 def keeps_the_caps(study: TrussStudy, motion: FastestMotion) -> bool:

@@ -11,23 +11,31 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from models.laws import least_jerk_cap
-from models.truss import TrussParameters, far_end_ratio, rope_travel, slider_distance, static_force
+from models.laws import RateCaps, greatest_start_speed, least_time
+from models.truss import far_end_ratio, slider_distance, static_force
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.rounding import down, up
 from studies.drive.motor import rope_force_of
 from studies.margin.loads import least_static_need
-from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import (
     ROUNDING,
     keeps_the_caps,
-    least_time,
+    least_jerk,
+    least_time_of_angle,
     least_time_of_the_mechanism,
     least_work,
     lower_bounds,
+    path_of_angle,
+    path_of_rope,
+    rate_caps,
 )
 from studies.truss.limits.caps import cap_on
-from studies.truss.limits.pull import least_time_of_pull, push_of_springs
+from studies.truss.limits.pull import (
+    greatest_start_rate,
+    least_time_of_pull,
+    push_of_springs,
+)
 from studies.truss.limits.ridge import ridge_force
 from studies.truss.quantities import QUANTITIES
 
@@ -48,6 +56,7 @@ def check_feasible(
         Compute the phase-plane bounds, of the rope force and of the force of a motor with a rotor;
         called only if a cap on them makes them matter. Without the second one closed forms count.
     """
+    _check_start(study)
     _check_jerk(study)
     _check_kinematics(study)
     _check_margins(study)
@@ -121,20 +130,46 @@ def _infeasible(sentence: str) -> StudyError:
     return StudyError(sentence, ExitCode.INFEASIBLE)
 
 
+RATES = ("speed", "acceleration", "jerk")  # of the angle, that are capped
+
+
+def _check_start(study: TrussStudy) -> None:
+    """A rate at the start that is above a cap, or that passes the end before it can be braked."""
+    caps, opening = study.caps, study.opening
+    if not opening.rate:
+        return
+    rates = rate_caps(caps.speed, caps.acceleration, caps.jerk)
+    allowed = min(
+        rates.speed,
+        greatest_start_speed(opening.stroke, rates),
+        greatest_start_rate(study.truss, caps, opening) if study.arm is None else math.inf,
+    )
+    if opening.rate > allowed * (1 + ROUNDING):
+        stated = [name for name in RATES if getattr(caps, name) is not None]
+        under = f" under the caps on {' and '.join(stated)}" if stated else ""
+        raise _infeasible(
+            f"a ring that starts at {math.degrees(opening.rate):g} deg/s does not come to rest at "
+            f"{math.degrees(opening.end):g} deg: ropes only pull, and springs, net and friction "
+            f"brake too little{under}; give start_rate_deg_per_s at most "
+            f"{down(math.degrees(allowed))}{', or raise a cap' if stated else ''}"
+        )
+
+
 def _check_jerk(study: TrussStudy) -> None:
-    jerk, duration = study.caps.jerk, study.duration[1]
-    least = least_jerk_cap(study.stroke, duration)
+    jerk, duration, path = study.caps.jerk, study.duration[1], path_of_angle(study)
+    least = least_jerk(path, duration)
     if jerk is not None and jerk < least * (1 - ROUNDING):
+        form = "" if path.start_speed else "32 D/T^3 = "
         raise _infeasible(
             f"no motion deploys in {duration:g} s with a jerk cap of {jerk:.6g} rad/s^3; "
-            f"the least feasible cap is 32 D/T^3 = {up(least)} rad/s^3, or lengthen the duration "
-            f"to at least {up((32.0 * study.stroke / jerk) ** (1 / 3))} s"
+            f"the least feasible cap is {form}{up(least)} rad/s^3, or lengthen the duration "
+            f"to at least {up(least_time(path.way, RateCaps(jerk=jerk), path.start_speed))} s"
         )
 
 
 def _check_kinematics(study: TrussStudy) -> None:
     caps, duration = study.caps, study.duration[1]
-    least = least_time(study.stroke, caps)
+    least = least_time_of_angle(study)
     if least > duration * (1 + ROUNDING):
         # only the caps that are stated are named
         named = [
@@ -152,11 +187,13 @@ def _check_kinematics(study: TrussStudy) -> None:
         )
 
 
-def end_forces(truss: TrussParameters) -> tuple[tuple[str, float, float], ...]:
+def end_forces(study: TrussStudy) -> tuple[tuple[str, float, float], ...]:
     """Where the truss stands still, its static rope force [N] and the far end's share of it."""
+    truss, opening = study.truss, study.opening
+    places = (("start", opening.start), ("end", opening.end))
     return tuple(
         (where, float(static_force(truss, angle)), float(far_end_ratio(truss, angle)))
-        for where, angle in (("start", truss.stowed_angle), ("end", DEPLOYED))
+        for where, angle in (places[1:] if opening.rate else places)
     )
 
 
@@ -183,7 +220,7 @@ def _check_margins(study: TrussStudy) -> None:
     need = lower_bounds(study, None)["peak-stall-force"]
     if cap >= need * (1 - ROUNDING):
         return
-    at_rest = least_static_need(margin, study.truss) >= need
+    at_rest = least_static_need(margin, study.truss, study.opening) >= need
     kind, asked = ("static", margin.required[0]) if at_rest else ("dynamic", margin.required[1])
     most = (1 + asked) * cap / need - 1
     ask = f"ask for at most {down(100 * most)} %, or " if most > 0.0 else ""
@@ -197,7 +234,7 @@ def _check_mechanism(study: TrussStudy) -> None:
     """Caps below what any motion of the duration has."""
     duration = study.duration[1]
     bounds = lower_bounds(study, None)
-    words = {"travel": rope_travel(study.truss), "work": least_work(study, duration)}
+    words = {"travel": path_of_rope(study).way, "work": least_work(study, duration)}
     for key, proof in _PROOFS.items():
         cap, bound = cap_on(study.caps, study.drive, key), bounds.get(key)
         if cap is None or bound is None or cap >= bound * (1 - ROUNDING):
@@ -226,7 +263,10 @@ def _unattained_speed(study: TrussStudy) -> Unattained | None:
     """The least rope speed where nothing slows the rope: a jump to the mean speed and back."""
     if any(getattr(study.caps, name) is not None for name in _SLOWING):
         return None
-    mean = rope_travel(study.truss) / study.duration[1]
+    travel, hauling = path_of_rope(study)
+    mean = travel / study.duration[1]
+    if hauling >= mean:  # it slows down
+        return None
     return Unattained(
         mean,
         f"the least peak rope speed is {mean:.6g} m/s, the mean, a limit that no motion attains "
@@ -241,7 +281,7 @@ def _unattained_time(study: TrussStudy) -> Unattained | None:
     slowed = any(getattr(caps, name) is not None for name in (*_SLOWING, "power"))
     if slowed or force_cap(study) is not None:
         return None
-    least = least_time_of_pull(study.truss, caps, None, low)
+    least = least_time_of_pull(study.truss, caps, None, low, study.opening)
     if least <= low:
         return None
     return Unattained(
@@ -313,11 +353,11 @@ def _check_motor(study: TrussStudy, least_pull: Callable[[], LeastForce] | None)
 
 def _check_tension(study: TrussStudy) -> None:
     floor = study.caps.least_tension
-    for where, force, share in end_forces(study.truss):
+    for where, force, share in end_forces(study):
         tension = force * share
 
         if study.jerk_limited and tension < 0.0:
-            longest = float(slider_distance(study.truss, study.truss.stowed_angle))
+            longest = float(slider_distance(study.truss, study.opening.start))
             raise _infeasible(
                 f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} the "
                 "springs pull, and ropes cannot push; lengthen spring_free_length to "
@@ -342,7 +382,7 @@ def _check_pull(study: TrussStudy) -> None:
     """What ropes that only pull cannot do: hold the springs back, and brake in time."""
     truss, caps, duration = study.truss, study.caps, study.duration[1]
     if caps.acceleration is not None:
-        push = push_of_springs(truss, caps)
+        push = push_of_springs(truss, caps, study.opening)
         if push.acceleration > caps.acceleration * (1 + ROUNDING):
             raise _infeasible(
                 f"no motion meets the acceleration cap of {caps.acceleration:g} rad/s^2: at "
@@ -351,7 +391,7 @@ def _check_pull(study: TrussStudy) -> None:
                 "more than that, or lengthen spring_free_length"
             )
 
-    least = least_time_of_pull(truss, caps, None, duration)
+    least = least_time_of_pull(truss, caps, None, duration, study.opening)
     if math.isinf(least):
         raise _infeasible(
             "no motion comes to rest at the end: ropes only pull, and nothing else brakes the "
@@ -367,7 +407,7 @@ def _check_pull(study: TrussStudy) -> None:
 
 def _check_pull_within(study: TrussStudy, cap: float) -> None:
     """The same with a cap on the force beside those on the rates."""
-    least = least_time_of_pull(study.truss, study.caps, cap, study.duration[1])
+    least = least_time_of_pull(study.truss, study.caps, cap, study.duration[1], study.opening)
     if least <= study.duration[1]:
         return
     time = "" if math.isinf(least) else f"lengthen the duration to at least {up(least)} s, "
@@ -378,7 +418,7 @@ def _check_pull_within(study: TrussStudy, cap: float) -> None:
 
 
 def _check_end_forces(study: TrussStudy, cap: float) -> None:
-    where, least, _ = max(end_forces(study.truss), key=lambda end: end[1])
+    where, least, _ = max(end_forces(study), key=lambda end: end[1])
     if study.jerk_limited and cap < least * (1 - ROUNDING):
         raise _infeasible(
             f"no motion meets the force cap of {cap:g} N: at rest at the {where} statics need "
@@ -388,7 +428,7 @@ def _check_end_forces(study: TrussStudy, cap: float) -> None:
 
 def _check_ridge(study: TrussStudy, cap: float) -> None:
     """A force cap below what inertia can save under the caps on the rates."""
-    ridge = ridge_force(study.truss, study.caps)
+    ridge = ridge_force(study.truss, study.caps, study.opening)
     if ridge is None or cap >= ridge.force * (1 - ROUNDING):
         return
     rates = [name for name in ("jerk", "acceleration") if getattr(study.caps, name) is not None]

@@ -12,7 +12,8 @@ w - omega >= a^2 / (2 j); the same holds for a deceleration.
 No motion from rest is faster at any angle than the one that speeds up with all that is allowed, and
 none that comes to rest than the one that brakes with it (comparison of d(omega^2/2)/d(alpha) = a).
 The lower of the two bounds the time. The more the highest speed w may be, the shorter it is; but a
-motion has to reach w before it has to brake from there.
+motion has to reach w before it has to brake from there. A motion that is under way at its start has
+any acceleration there, so that its jerk is left out of the bound.
 
 Symbols: alpha [rad], omega and w [rad/s], a [rad/s^2], T1 and F [N].
 """
@@ -29,15 +30,16 @@ import numpy as np
 
 from models.laws import Step5
 from models.truss import (
+    Opening,
     TrussParameters,
     inertia,
     inertia_slope,
     joint_damping,
     rope_leverage,
     static_torque,
+    whole_opening,
 )
 from ocp.arrays import Array
-from studies.truss.config import DEPLOYED
 from studies.truss.limits.caps import Caps
 
 STEPS = 1500  # of the way, finer near its ends
@@ -55,7 +57,11 @@ class Push(NamedTuple):
 
 
 def least_time_of_pull(
-    truss: TrussParameters, caps: Caps, force: float | None, enough: float
+    truss: TrussParameters,
+    caps: Caps,
+    force: float | None,
+    enough: float,
+    opening: Opening | None = None,
 ) -> float:
     """Lower bound on the duration [s] under caps on the rates and a cap on the force [N].
 
@@ -65,11 +71,19 @@ def least_time_of_pull(
         F, the cap on the force of each rope.
     enough : float
         A duration [s]; the bound is not sharpened where it stays below that anyway.
+    opening : Opening, optional
+        Of the motion; from stowed to open by default.
+
+    Returns
+    -------
+    float
+        Infinite if the motion cannot come to rest at its end.
     """
-    way = _way(truss, caps, force)
+    way = _way(truss, caps, force, opening or whole_opening(truss))
     free = (math.inf if caps.speed is None else caps.speed,)
     time = float(way.times(free)[0])
-    if caps.jerk is None or not math.isfinite(time) or MOST_SHARPER * time < enough:
+    sharper = caps.jerk is not None and not way.under_way
+    if not sharper or not math.isfinite(time) or MOST_SHARPER * time < enough:
         return time * (1 - NUMERICAL)
 
     # the highest speed that can be reached before it has to be left, to cells of cells
@@ -83,9 +97,15 @@ def least_time_of_pull(
     return float(way.times((high,))[0]) * (1 - NUMERICAL)
 
 
-def push_of_springs(truss: TrussParameters, caps: Caps) -> Push:
+def greatest_start_rate(truss: TrussParameters, caps: Caps, opening: Opening) -> float:
+    """The most speed at the start [rad/s] from which ropes that only pull let the truss brake."""
+    way = _way(truss, caps, None, opening)
+    return float(way.braking_from((math.inf if caps.speed is None else caps.speed,))[0])
+
+
+def push_of_springs(truss: TrussParameters, caps: Caps, opening: Opening | None = None) -> Push:
     """The acceleration that no rope prevents, where it is highest, at the best speed there."""
-    way = _way(truss, caps, None)
+    way = _way(truss, caps, None, opening or whole_opening(truss))
     top = way.speeds((math.inf if caps.speed is None else caps.speed,))[:, 0]
     least = way.least_own(top)
     highest = int(np.argmax(least))
@@ -93,15 +113,16 @@ def push_of_springs(truss: TrussParameters, caps: Caps) -> Push:
 
 
 @functools.lru_cache(maxsize=4)
-def _way(truss: TrussParameters, caps: Caps, force: float | None) -> _Way:
-    return _Way(truss, caps, math.inf if force is None else force)
+def _way(truss: TrussParameters, caps: Caps, force: float | None, opening: Opening) -> _Way:
+    return _Way(truss, caps, math.inf if force is None else force, opening)
 
 
 class _Way:
     """The stroke in steps, and the fastest motions from its ends, for highest speeds (m,)."""
 
-    def __init__(self, truss: TrussParameters, caps: Caps, force: float) -> None:
-        law = Step5(1.0, truss.stowed_angle, DEPLOYED)
+    def __init__(self, truss: TrussParameters, caps: Caps, force: float, opening: Opening) -> None:
+        law = Step5(1.0, opening.start, opening.end)
+        self._start = opening.rate
         # with the middle of each step; near rest the speed grows as a cube root's square at most
         self.alpha = law.motion(np.linspace(0.0, 1.0, 2 * STEPS + 1)).angle
         terms = (static_torque, inertia_slope, joint_damping, inertia, rope_leverage)
@@ -114,8 +135,19 @@ class _Way:
         self._jerk = math.inf if caps.jerk is None else caps.jerk
         self._known: dict[tuple[float, ...], tuple[Array, Array]] = {}
 
+    @property
+    def under_way(self) -> bool:
+        """Whether the motion has a speed at its start, and so any acceleration."""
+        return self._start > 0.0
+
+    def braking_from(self, highest: tuple[float, ...]) -> Array:
+        """Speeds at the start from which the motion comes to rest at its end [rad/s], (m,)."""
+        return np.asarray(self._curves(highest)[1][0])
+
     def times(self, highest: tuple[float, ...]) -> Array:
         """Lower bounds of the duration [s], (m,)."""
+        if self.under_way and (self._start > self.braking_from(highest)).any():
+            return np.full(len(highest), math.inf)
         speed = self.speeds(highest)
         steps = np.diff(self.alpha[::2])[:, None]
         with np.errstate(divide="ignore"):
@@ -147,13 +179,19 @@ class _Way:
         """Speeds (STEPS + 1, m) from rest at the start, and to rest at the end."""
         if highest not in self._known:
             top = np.array(highest)
-            forwards = self._marched(top, range(2 * STEPS + 1), self._speeding_up)
+            forwards = self._marched(top, range(2 * STEPS + 1), self._speeding_up, self._start)
             backwards = self._marched(top, range(2 * STEPS, -1, -1), self._braking)
             self._known[highest] = forwards, backwards[::-1]
         return self._known[highest]
 
-    def _marched(self, top: Array, places: range, most: Callable[[int, Array], Array]) -> Array:
-        """Speeds at each second place, from rest at the first, by the midpoint rule for omega^2."""
+    def _marched(
+        self,
+        top: Array,
+        places: range,
+        most: Callable[[int, Array], Array],
+        start: float = 0.0,
+    ) -> Array:
+        """Speeds at each second place, from that at the first, by the midpoint rule for omega^2."""
         ways = np.abs(self.alpha[list(places)] - self.alpha[places[0]])
         first = most(places[0], np.zeros_like(top))
         if not np.isfinite(np.minimum(first, self._rate_cap(np.zeros_like(top), top))).all():
@@ -163,10 +201,10 @@ class _Way:
             speed = np.sqrt(square)
             return 2 * np.minimum(self._rate_cap(speed, top), most(place, speed))
 
-        squares = [np.zeros_like(top)]
+        squares = [np.full_like(top, start**2)]
         for k in range(STEPS):
             step, half_step = ways[2 * k + 2] - ways[2 * k], ways[2 * k + 1] - ways[2 * k]
-            if k == 0:  # from rest, where the slope of the root is infinite
+            if k == 0 and not start:  # from rest, where the slope of the root is infinite
                 half = self._from_rest(half_step, first, top)
             else:
                 half = np.maximum(squares[-1] + half_step * rate(places[2 * k], squares[-1]), 0.0)
@@ -187,7 +225,7 @@ class _Way:
 
         There sqrt(w - omega) falls by sqrt(j / 2) / omega a radian, while (w - omega)' jumps.
         """
-        if not math.isfinite(self._jerk):
+        if not math.isfinite(self._jerk) or self.under_way:
             return np.zeros_like(square)
         speed = np.sqrt(square)
         left = np.sqrt(np.maximum(top - speed, 0.0))
@@ -200,7 +238,7 @@ class _Way:
 
     def _rate_cap(self, speed: Array, top: Array) -> Array:
         """Largest acceleration that the caps on jerk and acceleration leave at a speed."""
-        if not math.isfinite(self._jerk):
+        if not math.isfinite(self._jerk) or self.under_way:
             return np.full_like(speed, self._most)
         way = np.minimum(speed, np.maximum(top - speed, 0.0))
         return np.minimum(np.sqrt(2 * self._jerk * way), self._most)

@@ -25,17 +25,18 @@ import casadi as ca
 import numpy as np
 
 from models.truss import (
+    Opening,
     TrussParameters,
     inertia,
     inertia_slope,
     joint_damping,
     rope_leverage,
     static_torque,
+    whole_opening,
 )
 from ocp.arrays import Array
 from studies.margin.loads import required_forces
 from studies.margin.schema import LoadCase, MarginRequirements
-from studies.truss.config import DEPLOYED
 from studies.truss.limits.caps import Caps
 
 ANGLES = 2001
@@ -50,8 +51,10 @@ class RidgeForce(NamedTuple):
 
 
 @functools.lru_cache(maxsize=8)
-def ridge_force(truss: TrussParameters, caps: Caps) -> RidgeForce | None:
-    """Lower bound on the peak force, from caps on the rates of the angle.
+def ridge_force(
+    truss: TrussParameters, caps: Caps, opening: Opening | None = None
+) -> RidgeForce | None:
+    """Lower bound on the peak force, from caps on the rates of the angle; by default of it all.
 
     Any angle gives a bound. That of the highest one on a grid is computed without a grid of speeds.
 
@@ -60,11 +63,13 @@ def ridge_force(truss: TrussParameters, caps: Caps) -> RidgeForce | None:
     RidgeForce or None
         None without a cap on jerk or acceleration.
     """
-    return _ridge(functools.partial(_terms, truss), truss, caps)
+    return _ridge(functools.partial(_terms, truss), opening or whole_opening(truss), caps)
 
 
 @functools.lru_cache(maxsize=8)
-def ridge_need(margin: MarginRequirements, truss: TrussParameters, caps: Caps) -> RidgeForce | None:
+def ridge_need(
+    margin: MarginRequirements, truss: TrussParameters, caps: Caps, opening: Opening | None = None
+) -> RidgeForce | None:
     """Lower bound on what the motor must be able to pull for its margins, in the worst load case.
 
     Inertia counts without its factor, as where it helps: where it resists the need is larger.
@@ -76,7 +81,8 @@ def ridge_need(margin: MarginRequirements, truss: TrussParameters, caps: Caps) -
     """
     found = []
     for case in margin.load_cases(truss):
-        bound = _ridge(functools.partial(_factored_terms, margin, case), truss, caps)
+        terms_at = functools.partial(_factored_terms, margin, case)
+        bound = _ridge(terms_at, opening or whole_opening(truss), caps)
         if bound is None:
             return None
         share = (1 + margin.required[1]) / case.derating.whole
@@ -84,15 +90,13 @@ def ridge_need(margin: MarginRequirements, truss: TrussParameters, caps: Caps) -
     return max(found)
 
 
-def _ridge(
-    terms_at: Callable[[Array], Array], truss: TrussParameters, caps: Caps
-) -> RidgeForce | None:
+def _ridge(terms_at: Callable[[Array], Array], opening: Opening, caps: Caps) -> RidgeForce | None:
     """The bound of a force that is a + b omega^2 + c omega + m acceleration, of angle (m,)."""
     if caps.jerk is None and caps.acceleration is None:
         return None
-    alpha = np.linspace(truss.stowed_angle, DEPLOYED, ANGLES)[1:-1]
+    alpha = np.linspace(opening.start, opening.end, ANGLES)[1:-1]
     terms = terms_at(alpha)
-    top = _top_speed(truss, caps, alpha)
+    top = _top_speed(opening, caps, alpha)
 
     # squares: what a deceleration saves rises steeply from rest
     omega = top * np.linspace(0.0, 1.0, SPEEDS)[:, None] ** 2
@@ -129,10 +133,17 @@ def _force(terms: Array, omega: Array, deceleration: Array) -> Array:
     return np.asarray(rest + square * omega**2 + linear * omega - mass * deceleration)
 
 
-def _top_speed(truss: TrussParameters, caps: Caps, alpha: Array) -> Array:
-    """Largest speed [rad/s] at angles (m,), from one rest or to the other."""
-    way = np.minimum(alpha - truss.stowed_angle, DEPLOYED - alpha)
+def _top_speed(opening: Opening, caps: Caps, alpha: Array) -> Array:
+    """Largest speed [rad/s] at angles (m,), from one end or to the other.
+
+    A motion that is under way at its start has any acceleration there: no jerk bounds its speed.
+    """
+    way = opening.end - alpha
     speeds = [np.full_like(way, math.inf if caps.speed is None else caps.speed)]
+    if not opening.rate:
+        way = np.minimum(alpha - opening.start, way)
+    elif caps.acceleration is not None:
+        speeds.append(np.sqrt(opening.rate**2 + 2 * caps.acceleration * (alpha - opening.start)))
     if caps.acceleration is not None:
         speeds.append(np.sqrt(2 * caps.acceleration * way))
     if caps.jerk is not None:

@@ -20,6 +20,7 @@ from models.laws import AngularMotion, Hermite, Law
 from models.numerics import peaks_in
 from models.ring_on_arm import ArmMotion, RingOnArm, arm_motion
 from models.truss import (
+    Opening,
     RopeSwing,
     TrussMotion,
     TrussParameters,
@@ -108,9 +109,13 @@ class Energies:
 
     @property
     def imbalance(self) -> float:
-        """Largest miss of the balance at any time, relative to the work of the motor."""
+        """Largest miss of the balance at any time, relative to the work of the motor.
+
+        Or to what the ring had in motion at its start, if that is more.
+        """
         miss = self.motor - self.kinetic - self.potential - self.joints - self.pulleys - self.arm
-        return float(np.abs(miss).max() / np.abs(self.motor).max())
+        given = max(np.abs(self.motor).max(), -self.kinetic.min())
+        return float(np.abs(miss).max() / given)
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,7 @@ class Deployment:
     margin : that is asked for; None where there is none.
     only : the quantities whose extremes are located, where the others are nobody's question.
     carrier : the arm that carries the ring; None where its fixed bar is held.
+    opening : between which angles margins have to be kept; None for all, from stowed to open.
     """
 
     name: str
@@ -135,6 +141,7 @@ class Deployment:
     margin: MarginRequirements | None = None
     only: frozenset[str] | None = None
     carrier: RingOnArm | None = None
+    opening: Opening | None = None
 
     @cached_property
     def arm(self) -> ArmMotion | None:
@@ -405,7 +412,7 @@ class Histories:
         motion = self.deployment
         if motion.margin is None:
             return None
-        needs = need_kernel(motion.margin, motion.truss, motion.drive)(*self._rows)
+        needs = need_kernel(motion.margin, motion.truss, motion.drive, motion.opening)(*self._rows)
         return np.asarray(needs.full().max(axis=0))
 
     @property
@@ -414,7 +421,7 @@ class Histories:
         motion = self.deployment
         if motion.margin is None:
             return None
-        kernel = standstill_kernel(motion.margin, motion.drive, motion.truss)
+        kernel = standstill_kernel(motion.margin, motion.drive, motion.truss, motion.opening)
         return None if kernel is None else np.asarray(kernel(*self._rows).full().max(axis=0))
 
 
@@ -447,7 +454,8 @@ def travel_at(deployment: Deployment, time: Array) -> Travel:
     assert deployment.margin is not None
     motion = deployment.law.motion(time)
     rows = (motion.angle, motion.speed, motion.acceleration)
-    return along(deployment.margin, deployment.truss, deployment.drive, time, rows)
+    of_it = (deployment.margin, deployment.truss, deployment.drive)
+    return along(*of_it, time, rows, deployment.opening)
 
 
 def columns_at(deployment: Deployment, time: Array) -> dict[str, Array]:

@@ -93,18 +93,25 @@ def replayed_law(study: TrussStudy, statement: Statement, solution: Solution) ->
     return _hermite(
         study,
         *held(
-            study.truss.stowed_angle,
+            study.opening.start,
             np.vstack(times),
             np.vstack(values),
             np.vstack(gains),
             np.vstack(turns),
             np.vstack(ends),
+            study.opening.rate,
         ),
     )
 
 
 def held(
-    start: float, times: Array, values: Array, gains: Array, turns: Array, ends: Array
+    start: float,
+    times: Array,
+    values: Array,
+    gains: Array,
+    turns: Array,
+    ends: Array,
+    rate: float = 0.0,
 ) -> tuple[list[Array], Array, Array]:
     """Pieces, gains and turns of an acceleration that is held to the states at `ends`.
 
@@ -115,7 +122,7 @@ def held(
 
     Parameters
     ----------
-    start : first angle [rad].
+    start, rate : first angle and speed [rad, rad/s].
     times, values : of the rows [s], and the acceleration there [rad/s^2], (intervals, rows + 1).
     gains, turns : from row to row [rad/s, rad], shape (intervals, rows).
     ends : angle and speed of the replay where each interval ends [rad, rad/s], (intervals, 2).
@@ -125,7 +132,7 @@ def held(
     most = HELD * np.abs(values).max()
     tau = np.linspace(0.0, 1.0, values.shape[1])
 
-    angle, speed, added = start, 0.0, np.zeros_like(values)
+    angle, speed, added = start, rate, np.zeros_like(values)
     for i, width in enumerate(steps.sum(axis=1)):
         before = speed + np.append(0.0, np.cumsum(gains[i])[:-1])
         angle, speed = angle + (steps[i] * before + turns[i]).sum(), speed + gains[i].sum()
@@ -146,7 +153,7 @@ def held(
 
 
 def _hermite(study: TrussStudy, pieces: Sequence[Array], gains: Array, turns: Array) -> Hermite:
-    """The law from rest through rows of time and acceleration, (rows, 2) of each interval.
+    """The law from the start through rows of time and acceleration, (rows, 2) of each interval.
 
     Parameters
     ----------
@@ -157,8 +164,8 @@ def _hermite(study: TrussStudy, pieces: Sequence[Array], gains: Array, turns: Ar
     before = np.concatenate([pieces[0][:1, 1], *(rows[1:, 1] for rows in pieces)])
     times[0], after[-1] = 0.0, before[-1]
 
-    speeds = np.cumsum(np.append(0.0, gains))
+    speeds = np.cumsum(np.append(study.opening.rate, gains))
     steps = np.diff(times) * speeds[:-1] + turns
-    angles = np.cumsum(np.append(study.truss.stowed_angle, steps))
+    angles = np.cumsum(np.append(study.opening.start, steps))
     speeds = np.maximum(speeds, 0.0)  # a bound of the solver leaves a little below
     return Hermite(times, angles, speeds, after, before, gains, turns)

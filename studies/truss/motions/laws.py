@@ -20,7 +20,7 @@ from models.laws import (
     paper_points,
 )
 from models.ring_on_arm import RingOnArm
-from models.truss import TrussParameters
+from models.truss import Opening, TrussParameters, whole_opening
 from ocp import Control, Solution
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
@@ -48,30 +48,42 @@ def paper_laws(
     drive: Drive | None = None,
     margin: MarginRequirements | None = None,
     carrier: RingOnArm | None = None,
+    opening: Opening | None = None,
 ) -> tuple[Deployment, Deployment]:
-    """The paper's Bezier law, its ends pinned to the exact angles, and its Step5.
+    """The paper's Bezier law, its ends pinned to the exact angles, and its Step5; from rest.
 
     They remember their values, which a study asks for several times.
     """
+    ends = opening or whole_opening(truss)
     laws: dict[str, Law] = {
-        "Bezier": pinned_bezier(truss, duration),
-        "Step5": Step5(duration, truss.stowed_angle, DEPLOYED),
+        "Bezier": pinned_bezier(truss, duration, ends),
+        "Step5": Step5(duration, ends.start, ends.end),
     }
     bezier, step5 = (
-        Deployment(name, law, truss, drive, margin, carrier=carrier) for name, law in laws.items()
+        Deployment(name, law, truss, drive, margin, carrier=carrier, opening=opening)
+        for name, law in laws.items()
     )
     return bezier, step5
 
 
-def paper_laws_of(study: TrussStudy, duration: float) -> tuple[Deployment, Deployment]:
-    """The paper's laws with all that a study states."""
-    return paper_laws(study.truss, duration, study.drive, study.margin, study.ring_on_arm)
+def paper_laws_of(study: TrussStudy, duration: float) -> tuple[Deployment, ...]:
+    """The paper's laws with all that a study states; none beside a motion under way at its start.
+
+    They start at rest.
+    """
+    return () if study.opening.rate else laws_from_rest(study, duration)
+
+
+def laws_from_rest(study: TrussStudy, duration: float) -> tuple[Deployment, Deployment]:
+    """The paper's laws between the angles of a study, from rest whatever its motion does."""
+    of_study = (study.drive, study.margin, study.ring_on_arm, study.opening)
+    return paper_laws(study.truss, duration, *of_study)
 
 
 def deployment_of(name: str, law: Law, study: TrussStudy) -> Deployment:
     """A law with all that a study states."""
     of_study = (study.truss, study.drive, study.margin)
-    return Deployment(name, law, *of_study, carrier=study.ring_on_arm)
+    return Deployment(name, law, *of_study, carrier=study.ring_on_arm, opening=study.opening)
 
 
 def deployments_of(result: Result) -> list[Deployment]:
@@ -111,16 +123,19 @@ def study_of(result: Result) -> TrussStudy:
         return study_from(result.details.get("study", result.configuration))
 
 
-def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:
-    """The paper's Bezier law, its ends pinned to the exact angles."""
-    return Bezier(duration, paper_points(truss.stowed_angle, DEPLOYED))
+def pinned_bezier(
+    truss: TrussParameters, duration: float, opening: Opening | None = None
+) -> Bezier:
+    """The paper's Bezier law from rest, its ends pinned to the exact angles."""
+    ends = opening or whole_opening(truss)
+    return Bezier(duration, paper_points(ends.start, ends.end))
 
 
 def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
     """The law of a solution.
 
-    With jerk or acceleration as the control it is the exact integral of that control from rest,
-    whatever the collocation polynomials say; else of the acceleration of the engine's replay.
+    With jerk or acceleration as the control it is the exact integral of that control, whatever the
+    collocation polynomials say; else of the acceleration of the engine's replay.
     """
     jerk = statement.signals.jerk
     if isinstance(statement.signals.acceleration, Control):
@@ -139,7 +154,11 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
             if end - begin > shortest:
                 edges.append(float(end))
                 ramps.append((float(first), float(last)))
-    return linear_jerk(tuple(edges), tuple(ramps), start_angle=study.truss.stowed_angle)
+    opening, steep = study.opening, 0.0
+    if opening.rate:
+        acceleration = solution.trajectory.phases[0].polynomial(statement.signals.acceleration.name)
+        steep = float(acceleration.ends()[0, 0, 0])
+    return linear_jerk(tuple(edges), tuple(ramps), opening.start, opening.rate, steep)
 
 
 def knots(law: Law) -> dict[str, Array]:
@@ -165,7 +184,8 @@ def stored_law(columns: Mapping[str, Array]) -> Law:
     if "knot" in columns:
         renamed = (columns["knot"], columns["knot_jerk"], columns["knot_jerk_before"])
         jerks = dict(zip(("time", *JERKS), renamed, strict=True))
-        exact = exact_law(jerks, columns["knot_angle"])
+        starts = (float(columns[name][0]) for name in RATES)
+        exact = exact_law(jerks, columns["knot_angle"], *starts)
         if exact is not None:
             return exact
 
@@ -200,12 +220,20 @@ def rows_law(columns: Mapping[str, Array], angles: Array) -> Hermite | None:
     return law if np.abs(np.diff(angles) - steps).sum() <= FITTING else None
 
 
-def exact_law(columns: Mapping[str, Array], angles: Array) -> Piecewise | None:
-    """The law of piecewise linear jerk, if the columns of jerks reproduce the angles."""
+def exact_law(
+    columns: Mapping[str, Array], angles: Array, speed: float = 0.0, acceleration: float = 0.0
+) -> Piecewise | None:
+    """The law of piecewise linear jerk, if the columns of jerks reproduce the angles.
+
+    Parameters
+    ----------
+    speed, acceleration : at the start [rad/s, rad/s^2].
+    """
     after, before = (columns.get(name) for name in JERKS)
     if after is None or before is None or not np.isfinite([after, before]).all():
         return None
     ramps = tuple(zip(after[:-1].tolist(), before[1:].tolist(), strict=True))
-    law = linear_jerk(tuple(columns["time"].tolist()), ramps, start_angle=float(angles[0]))
+    times, start = tuple(columns["time"].tolist()), float(angles[0])
+    law = linear_jerk(times, ramps, start, speed, acceleration)
     miss = np.abs(law.motion(columns["time"]).angle - angles).max()
     return law if miss <= EXACT else None

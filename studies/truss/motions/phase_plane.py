@@ -1,7 +1,7 @@
 """Least time under a force cap, and least force in a given time, from the phase plane.
 
-With 0 <= T1 <= F and no other cap, no motion from rest at alpha0 is faster at any angle than the
-one with T1 = F, and none that comes to rest at pi/2 is faster than the one with T1 = 0. The two
+With 0 <= T1 <= F and no other cap, no motion from its start is faster at any angle than the
+one with T1 = F, and none that comes to rest at its end is faster than the one with T1 = 0. The two
 cross once (their kinetic energies differ in slope by F f > 0), so the lower of the two gives the
 least time, globally.
 
@@ -27,11 +27,18 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from models.arrays import elementwise
-from models.truss import Net, TrussParameters, angular_acceleration, static_force, static_peak
+from models.truss import (
+    Net,
+    Opening,
+    TrussParameters,
+    angular_acceleration,
+    static_force,
+    static_peak,
+    whole_opening,
+)
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 
-DEPLOYED = math.pi / 2
 TOLERANCE = 1e-12  # of the integration; its dense output is then good to about 1e-10
 NEAR_LIMIT = 1e-8  # relative distance from the limit force below which forces are not resolved
 _DECADES = 5  # beyond that distance, within which a motion has to get through
@@ -125,10 +132,14 @@ class PhasePlane:
     ----------
     parameters : TrussParameters
     rotor : mass on each rope as which the rotor of its motor acts [kg].
+    opening : of the motion; from stowed to open by default.
     """
 
-    def __init__(self, parameters: TrussParameters, rotor: float = 0.0) -> None:
+    def __init__(
+        self, parameters: TrussParameters, rotor: float = 0.0, opening: Opening | None = None
+    ) -> None:
         self.parameters = parameters
+        self.opening = opening or whole_opening(parameters)
         self._driven = _acceleration_functions(parameters, rotor)
         self._braked = _acceleration_functions(parameters, rotor, braking=True)
         self._rotor = rotor
@@ -139,15 +150,18 @@ class PhasePlane:
         """To rest at the end, backwards, with at most `force` [N] at a motor that has a rotor."""
         key = force if self._rotor else 0.0
         if key not in self._known_braking:
-            self._known_braking = {key: self._flow(key, DEPLOYED, 0.0, sign=-1.0)}
+            self._known_braking = {key: self._flow(key, self.opening.end, 0.0, sign=-1.0)}
         return self._known_braking[key]
 
     def fastest(self, force: float) -> FastestMotion | None:
         """Return the fastest motion with 0 <= T1 <= force [N], None if no motion gets through."""
-        if force <= _static(self.parameters, self.parameters.stowed_angle):
+        if force <= self._least_at_the_start:
             return None
         braking = self._braking(force)
-        driven = self._flow(force, self.parameters.stowed_angle, 0.0, sign=1.0, below=braking)
+        rate = self.opening.rate
+        if rate and braking.excess(self.opening.start, rate) > 0.0:
+            return None  # it would not come to rest at the end
+        driven = self._driven_flow(force, below=braking)
         if driven.stalled:
             return None
         return self._join(force, driven, braking)
@@ -164,24 +178,34 @@ class PhasePlane:
         It is bracketed. The least speed on the way falls to zero at the limit, and tells where to
         look next.
         """
-        low = _static(self.parameters, self.parameters.stowed_angle)
-        high = static_peak(self.parameters).force  # suffices even at a crawl
+        low = self._least_at_the_start
+        high = static_peak(self.parameters, self.opening).force  # suffices even at a crawl
         through: list[tuple[float, float]] = []
 
         # where friction outweighs inertia, nothing less gets through
         nearest = high * (1 - NEAR_LIMIT)
-        if self._flow(nearest, self.parameters.stowed_angle, 0.0, sign=1.0).stalled:
+        if self._driven_flow(nearest).stalled:
             return high
         high = nearest
         while high - low > LIMIT_TOLERANCE * high:
             force = _next_force(low, high, through)
-            flow = self._flow(force, self.parameters.stowed_angle, 0.0, sign=1.0)
+            flow = self._driven_flow(force)
             if flow.stalled:
                 low = force
             else:
                 high = force
                 through.append((force, flow.least_speed))
         return high
+
+    @property
+    def _least_at_the_start(self) -> float:
+        """Force [N] below which no motion begins; one that is under way already needs none."""
+        at_rest = float(static_force(self.parameters, self.opening.start))
+        return 0.0 if self.opening.rate else at_rest
+
+    def _driven_flow(self, force: float, below: _Flow | None = None) -> _Flow:
+        """From the start on under a constant force."""
+        return self._flow(force, self.opening.start, self.opening.rate, sign=1.0, below=below)
 
     def least_force(self, duration: float) -> LeastForce:
         """F that solves T_min(F) = duration [s], or the limit where T_min outlasts it."""
@@ -265,19 +289,22 @@ class PhasePlane:
         flow `below` is at rest there, so a flow that is driven always meets it or stalls.
         """
         net_angle = self.parameters.net_angle
-        goal = DEPLOYED if sign > 0 else self.parameters.stowed_angle
+        goal = self.opening.end if sign > 0 else self.opening.start
         goal = goal if below is None else BEYOND
 
         pieces: list[Any] = []
         start, state, stalled = 0.0, (angle, speed), False
         nets: tuple[Net, ...] = ("slack", "taut") if sign > 0 else ("taut", "slack")
-        for net, edge in zip(nets, (net_angle, goal), strict=True):
+        for net, until in zip(nets, (net_angle, goal), strict=True):
+            edge = sign * min(sign * until, sign * goal)
+            if sign * edge <= sign * state[0]:  # it begins beyond
+                continue
             piece = self._piece(force, net, state, start, sign, edge, below)
             pieces.append(piece)
             start, state = float(piece.t[-1]), tuple(piece.y[:, -1])
             stalled = piece.t_events[1].size > 0
             met = below is not None and piece.t_events[2].size > 0
-            if stalled or met:
+            if stalled or met or edge == goal:
                 break
         return _Flow(tuple(pieces), stalled)
 
@@ -359,16 +386,27 @@ class _Flow:
     def least_speed(self) -> float:
         """Least speed after the start, where it has risen at first."""
         samples = self(self.upto(self.duration))
-        rising = int(np.argmax(np.diff(samples[1]) < 0))
-        return float(samples[1, rising:].min()) if rising else float(samples[1, -1])
+        falling = np.diff(samples[1]) < 0
+        if not falling.any():
+            return float(samples[1, -1])
+        return float(samples[1, int(np.argmax(falling)) :].min())
 
     def excess(self, angle: float, speed: float) -> float:
-        """How far a speed is above that of the flow [rad/s]; far from it only about."""
+        """How far a speed is above that of the flow [rad/s]; far from it only about.
+
+        A motion that turns behind the flow's end has passed it, too.
+        """
+        if speed <= 0.0 and angle > self._last_angle:
+            return angle - self._last_angle
         angles, speeds, far = self._table
         roughly = speed - float(np.interp(angle, angles, speeds))
         if abs(roughly) > far:
             return roughly
         return speed - float(self(np.array([self.time_at(angle)]))[1, 0])
+
+    @property
+    def _last_angle(self) -> float:
+        return float(max(self.pieces[0].y[0, 0], self.pieces[-1].y[0, -1]))
 
     @cached_property
     def _table(self) -> tuple[Array, Array, float]:
@@ -482,10 +520,6 @@ def _acceleration_functions(
         net: ca.Function(net, [alpha, omega, tension], [expression], {"cse": True})
         for net, expression in expressions.items()
     }
-
-
-def _static(parameters: TrussParameters, angle: float) -> float:
-    return float(static_force(parameters, angle))
 
 
 def _slowest_angle(motion: FastestMotion) -> float:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.laws import AngularMotion, BetweenRests, Law, Step5, StraightLine
+from models.laws import AngularMotion, BetweenRests, Law, Step5, StraightLine, UnderWay
+from models.truss import Opening
 from ocp.arrays import Array
-from studies.truss.config import DEPLOYED, TrussStudy
-from studies.truss.limits.bounds import least_time
+from studies.truss.config import TrussStudy
+from studies.truss.limits.bounds import least_time_of_angle
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import pinned_bezier
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
 
 SWING = 1.3  # duration of the swing after a dwell, relative to the least the caps allow
 LONGEST_SWING = 0.9  # of the duration
+FADING = 0.5  # of the stroke, the most that a speed at the start covers in a motion to start from
 
 # how a motion gets over the ridge of the static force: at rest on it, or with momentum
 KINDS = {
@@ -102,16 +104,31 @@ def starting_motion(
     least_force : callable
         Computes the phase-plane bound, which takes seconds; called only where it is needed.
     """
-    duration, truss = first_duration(study), study.truss
+    duration = first_duration(study)
     if name == "phase-plane":
         return _from_phase_plane(least_force().motion, duration, study)
+    return start_from_law(name, _under_way(name, study, duration), study)
+
+
+def _under_way(name: str, study: TrussStudy, duration: float) -> Law:
+    """A law between the study's angles, and if the motion is under way the speed at its start."""
+    opening = study.opening
+    if not opening.rate:
+        return _from_rest(name, study, opening, duration)
+    # that speed covers at most a share of the stroke, and the law from rest what is left
+    fading = min(duration, 3 * FADING * opening.stroke / opening.rate)
+    rest = Opening(opening.start + opening.rate * fading / 3, opening.end)
+    return UnderWay(_from_rest(name, study, rest, duration), opening.rate, fading)
+
+
+def _from_rest(name: str, study: TrussStudy, opening: Opening, duration: float) -> Law:
     laws: dict[str, Callable[[], Law]] = {
-        "bezier": lambda: pinned_bezier(truss, duration),
-        "step5": lambda: Step5(duration, truss.stowed_angle, DEPLOYED),
-        "straight": lambda: StraightLine(duration, truss.stowed_angle, DEPLOYED),
-        "dwell": lambda: _dwell(study, duration),
+        "bezier": lambda: pinned_bezier(study.truss, duration, opening),
+        "step5": lambda: Step5(duration, opening.start, opening.end),
+        "straight": lambda: StraightLine(duration, opening.start, opening.end),
+        "dwell": lambda: _dwell(study, opening, duration),
     }
-    return start_from_law(name, laws[name](), study)
+    return laws[name]()
 
 
 def in_order(names: Sequence[str], switching_force: bool) -> list[str]:
@@ -137,21 +154,21 @@ def first_of_each_kind(names: Sequence[str]) -> tuple[str, ...]:
 
 def bezier_start(study: TrussStudy) -> StartingMotion:
     """The paper's Bezier law."""
-    return start_from_law("bezier", pinned_bezier(study.truss, first_duration(study)), study)
+    return start_from_law("bezier", _under_way("bezier", study, first_duration(study)), study)
 
 
 def first_duration(study: TrussStudy) -> float:
     """Duration of the starts [s]: the longest allowed, but not far above the least possible."""
     low, high = study.duration
-    least = max(low, 2 * least_time(study.stroke, study.caps))
+    least = max(low, 2 * least_time_of_angle(study))
     return float(min(high, least) if least > 0 and "time" in study.objectives else high)
 
 
-def _dwell(study: TrussStudy, duration: float) -> Law:
+def _dwell(study: TrussStudy, opening: Opening, duration: float) -> Law:
     """Wait, then swing about as fast as the caps on the angle's rates allow."""
-    swing = max(duration / 3, SWING * least_time(study.stroke, study.caps))
+    swing = max(duration / 3, SWING * least_time_of_angle(study))
     swing = min(swing, LONGEST_SWING * duration)
-    return BetweenRests(pinned_bezier(study.truss, swing), before=duration - swing)
+    return BetweenRests(pinned_bezier(study.truss, swing, opening), before=duration - swing)
 
 
 def start_from_law(name: str, law: Law, study: TrussStudy) -> StartingMotion:
@@ -186,7 +203,8 @@ def from_neighbour(law: Law, study: TrussStudy) -> StartingMotion:
     low, high = study.duration
     duration = min(max(law.duration, low), high)
     begin = float(law.motion(np.zeros(1)).angle[0])
-    pace, reach = law.duration / duration, study.stroke / (DEPLOYED - begin)
+    end = study.opening.end
+    pace, reach = law.duration / duration, study.stroke / (law.end_angle - begin)
     start = start_from_law(NEIGHBOUR, law, study)
 
     def stretched(signal: Callable[[ArrayLike], Array], order: int) -> Callable[[ArrayLike], Array]:
@@ -197,7 +215,7 @@ def from_neighbour(law: Law, study: TrussStudy) -> StartingMotion:
         duration=duration,
         net_time=start.net_time / pace,
         angle=lambda time: (
-            DEPLOYED - reach * (DEPLOYED - start.angle(pace * np.asarray(time, dtype=float)))
+            end - reach * (law.end_angle - start.angle(pace * np.asarray(time, dtype=float)))
         ),
         speed=stretched(start.speed, 1),
         acceleration=stretched(start.acceleration, 2),
@@ -208,7 +226,7 @@ def from_neighbour(law: Law, study: TrussStudy) -> StartingMotion:
 
 def _from_phase_plane(motion: FastestMotion, duration: float, study: TrussStudy) -> StartingMotion:
     """Wait at rest, then the fastest motion at the least force; slowed if it does not fit."""
-    wait = max(0.0, duration - motion.duration)
+    wait = 0.0 if study.opening.rate else max(0.0, duration - motion.duration)
     slowing = (duration - wait) / motion.duration
     times, kept = np.unique(wait + slowing * motion.time, return_index=True)
     angle, force = motion.angle[kept], motion.rope_force[kept]

@@ -71,7 +71,7 @@ class PhasePlanes:
     def _of_the_rope(self) -> PhasePlane:
         from studies.truss.motions.phase_plane import PhasePlane
 
-        return PhasePlane(self.study.truss)
+        return PhasePlane(self.study.truss, opening=self.study.opening)
 
     @cached_property
     def _of_the_motor(self) -> PhasePlane:
@@ -81,7 +81,7 @@ class PhasePlanes:
         drive = self.study.drive
         if drive is not None and drive.rope_diameter is not None:
             raise StudyError("The phase plane gives no bound for a drum of several layers.")
-        return PhasePlane(self.study.truss, rotor_mass(drive, 0.0))
+        return PhasePlane(self.study.truss, rotor_mass(drive, 0.0), self.study.opening)
 
     @cached_property
     def _force_or_why(self) -> LeastForce | StudyError:

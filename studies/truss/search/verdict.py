@@ -98,7 +98,7 @@ def _kind(study: TrussStudy, value: float) -> str:
     """Which basin of the force problem has this value."""
     if study.minimise[0].keys() != {"peak-force"}:
         return ""
-    ratio = value / static_peak(study.truss).force
+    ratio = value / static_peak(study.truss, study.opening).force
     if ratio < 1 - FAST:
         return "fast"
     return "slow" if ratio < 1 + FAST else "inertial"
@@ -108,7 +108,7 @@ def _in_words(study: TrussStudy, basin: Basin) -> str:
     """Which basin of the force problem this is."""
     if not basin.kind:
         return ""
-    ridge = f"the static {static_peak(study.truss).force:.6g} N"
+    ridge = f"the static {static_peak(study.truss, study.opening).force:.6g} N"
     words = {
         "fast": f"momentum carries it over {ridge}",
         "slow": ridge,
