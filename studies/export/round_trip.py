@@ -196,7 +196,7 @@ def round_trip(
             replayed = on_the_truss(moved.motion + off, truss, output.motion[1])
         except ModelError as error:
             raise StudyError(f"the played rope leaves the mechanism: {error}") from error
-        on_truss, broken = _of_the_truss(output, replayed, drive, course, truss)
+        on_truss, broken = _of_the_truss(output, replayed, drive)
         values |= on_truss
         breaches += broken
         if result is not None:
@@ -223,7 +223,7 @@ def itself(
 
     moved = rows if course.stretch is None else rows - course.stretch.derivatives(time)
     replayed = on_the_truss(moved, truss, rows[1])
-    values, broken = _of_the_truss(output, replayed, drive, course, truss)
+    values, broken = _of_the_truss(output, replayed, drive)
     beyond = beyond_caps(output, replayed, drive, study_of(result))
     values |= dict(one.line for one in beyond)
     return RoundTrip(output, replayed, values, (*breaches, *broken), beyond)
@@ -272,11 +272,7 @@ def _of_the_stretch(course: Course, stretch: Stretch) -> dict[str, Any]:
 
 
 def _of_the_truss(
-    output: Playback,
-    replayed: TrussPlayback,
-    drive: Drive,
-    course: Course,
-    truss: TrussParameters,
+    output: Playback, replayed: TrussPlayback, drive: Drive
 ) -> tuple[dict[str, Any], list[Breach | Slack]]:
     extremes = extremes_on_the_truss(output, replayed, drive)
     last = int(np.searchsorted(output.time, output.end))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import math
 from collections import Counter
@@ -38,7 +39,6 @@ class CaseTable:
     titles : name and unit of each quantity.
     seconds : that each case took [s], shape (cases,).
     minimised : quantities that are objectives.
-    damaged : cases whose file cannot be trusted.
     fronts : of cases that are fronts, by the numbers of the cases: titles and units of their
         columns, and these.
     """
@@ -51,23 +51,21 @@ class CaseTable:
     titles: dict[str, tuple[str, str]]
     seconds: Array
     minimised: tuple[str, ...]
-    damaged: int
     fronts: dict[int, Mapping[str, Any]]
 
 
 def tabulate(plan: Plan, store: CaseStore) -> CaseTable:
     """Read the files of all cases of a plan."""
     count, present = len(plan.cases), store.keys()
-    table = CaseTable([], [], [], [], {}, {}, np.full(count, np.nan), (), 0, {})
+    table = CaseTable([], [], [], [], {}, {}, np.full(count, np.nan), (), {})
     minimised: dict[str, None] = {}
-    damaged = 0
     for case in plan.cases:
         record: Mapping[str, Any] = {"status": "missing"}
         if case.key in present:
             try:
                 record = store.read(case.key)
             except DamagedCase as damage:
-                record, damaged = {"status": "missing", "reason": str(damage)}, damaged + 1
+                record = {"status": "missing", "reason": str(damage)}
         table.statuses.append(record["status"])
         table.reasons.append(record.get("reason", ""))
         table.verdicts.append(record.get("verdict", ""))
@@ -83,18 +81,7 @@ def tabulate(plan: Plan, store: CaseStore) -> CaseTable:
             # an answer that failed a check is told by its status, and is no value
             if record["status"] == "solved":
                 table.quantities[name][case.number] = _number(value)
-    return CaseTable(
-        table.statuses,
-        table.reasons,
-        table.verdicts,
-        table.keys,
-        table.quantities,
-        table.titles,
-        table.seconds,
-        tuple(minimised),
-        damaged,
-        table.fronts,
-    )
+    return dataclasses.replace(table, minimised=tuple(minimised))
 
 
 def _number(value: Any) -> float:
