@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:  # CasADi loads with them, and not for a table of keys
     from ocp.arrays import Array
     from studies.truss.expressions import Instant
+    from studies.truss.limits.bounds import LeastValues
     from studies.truss.motions.deployment import Deployment, Histories
 
 Kind = Literal["peak", "least", "integral", "end", "duration"]
@@ -33,6 +34,9 @@ class Quantity:
     history : the same along a motion (m,), of an absolute value if it has both signs; None where
         the motion has no such number.
     value : of a motion, in place of a history; None where the motion has no such number.
+    bound : what no motion of at most a duration beats; None for no bound.
+    proof : of the bound by which a cap is refused, with {travel} [m] of one rope and the least
+        {work} [J] in it; empty where no cap is refused by it.
     forces : whether it depends on the dynamics.
     both_signs : whether its greatest modulus counts.
     needs : key of the drive, `[arm]`, `[margin]`, or with it what the motor has, without which
@@ -53,6 +57,8 @@ class Quantity:
     expression: Callable[[Instant], tuple[Any, ...]] = lambda at: ()
     history: Callable[[Histories], Array | None] = lambda along: None
     value: Callable[[Deployment], float | None] = lambda motion: None
+    bound: Callable[[LeastValues], float | None] = lambda least: None
+    proof: str = ""
     forces: bool = False
     both_signs: bool = False
     needs: Needed = ""
@@ -71,7 +77,11 @@ class Quantity:
 
 QUANTITIES = {
     "time": Quantity(
-        title="duration", unit="s", kind="duration", value=lambda motion: float(motion.law.duration)
+        title="duration",
+        unit="s",
+        kind="duration",
+        value=lambda motion: float(motion.law.duration),
+        bound=lambda least: least.time,
     ),
     "peak-speed": Quantity(
         title="peak angular speed",
@@ -80,6 +90,7 @@ QUANTITIES = {
         objective=False,
         cap="speed",
         signal=True,
+        bound=lambda least: least.angle.speed,
     ),
     "peak-acceleration": Quantity(
         title="peak angular acceleration",
@@ -89,6 +100,7 @@ QUANTITIES = {
         both_signs=True,
         cap="acceleration",
         signal=True,
+        bound=lambda least: least.angle.acceleration,
     ),
     "peak-jerk": Quantity(
         title="peak angular jerk",
@@ -97,6 +109,7 @@ QUANTITIES = {
         objective=False,
         cap="jerk",
         signal=True,
+        bound=lambda least: least.jerk_of(least.angle),
     ),
     "peak-rope-speed": Quantity(
         title="peak rope speed",
@@ -106,6 +119,8 @@ QUANTITIES = {
         cap="rope_speed",
         limit="speed",
         sought=11,
+        bound=lambda least: least.rope.speed,
+        proof="the mean is L/T, with {travel:.6g} m of rope",
     ),
     "peak-rope-acceleration": Quantity(
         title="peak rope acceleration",
@@ -116,6 +131,8 @@ QUANTITIES = {
         cap="rope_acceleration",
         limit="acceleration",
         sought=7,
+        bound=lambda least: least.rope.acceleration,
+        proof="4 L/T^2, or more under caps on its jerk and speed, with {travel:.6g} m of rope",
     ),
     "peak-rope-jerk": Quantity(
         title="peak rope jerk",
@@ -126,6 +143,8 @@ QUANTITIES = {
         cap="rope_jerk",
         limit="jerk",
         sought=6,
+        bound=lambda least: least.jerk_of(least.rope),
+        proof="32 L/T^3, with {travel:.6g} m of rope",
     ),
     "peak-force": Quantity(
         title="peak rope force",
@@ -136,6 +155,7 @@ QUANTITIES = {
         cap="force",
         limit="force",
         sought=2,
+        bound=lambda least: least.rope_force,
     ),
     "peak-far-end-tension": Quantity(
         title="peak tension at the far end",
@@ -185,6 +205,8 @@ QUANTITIES = {
         cap="power",
         limit="power",
         sought=5,
+        bound=lambda least: least.work / least.duration,
+        proof="the mean is W/T, and the motors do at least {work:.6g} J",
     ),
     "energy": Quantity(
         title="work of the motor",
@@ -193,6 +215,7 @@ QUANTITIES = {
         expression=lambda at: (at.motor_power,),
         value=lambda motion: float(motion.energies.motor[-1]),
         forces=True,
+        bound=lambda least: least.work,
     ),
     "peak-factored-force": Quantity(
         title="least motor force for the margins",
@@ -203,6 +226,8 @@ QUANTITIES = {
         needs="margin",
         cap="factored_force",
         sought=12,
+        bound=lambda least: least.need,
+        proof="at rest, where it is largest, each factor and margin counted",
     ),
     "peak-stall-force": Quantity(
         title="stall force needed for the margins",
@@ -213,6 +238,8 @@ QUANTITIES = {
         needs="available",
         cap="stall_force",
         sought=1,
+        bound=lambda least: least.need,
+        proof="at rest, where it is largest, each factor and margin counted",
     ),
     "peak-motor-force": Quantity(
         title="peak motor force, rotor included",
@@ -223,6 +250,7 @@ QUANTITIES = {
         needs="motor_inertia",
         cap="motor_force",
         sought=3,
+        bound=lambda least: least.motor_force,
     ),
     "peak-motor-speed": Quantity(
         title="peak motor speed",
@@ -233,6 +261,8 @@ QUANTITIES = {
         objective=False,
         cap="motor_speed",
         limit="motor_speed",
+        bound=lambda least: least.motor_speed,
+        proof="the mean of a shaft that hauls in {travel:.6g} m of rope",
     ),
     "peak-motor-torque": Quantity(
         title="peak motor torque",
@@ -244,6 +274,7 @@ QUANTITIES = {
         cap="motor_torque",
         limit="motor_torque",
         sought=4,
+        bound=lambda least: least.motor_torque,
     ),
     # its cap is the curve itself, the whole of which is 1
     "peak-motor-load": Quantity(
@@ -262,6 +293,8 @@ QUANTITIES = {
         both_signs=True,
         cap="reaction",
         sought=8,
+        bound=lambda least: least.reaction,
+        proof="4 M R/T^2, with the truss's mass M and R, by which its centre moves",
     ),
     "residual-energy": Quantity(
         title="energy left in the arm",

@@ -7,7 +7,8 @@ r = 2 |L'| / f the motor's work per work on the truss, at least 1 and falling wi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import casadi as ca
@@ -43,6 +44,7 @@ from studies.truss.config import TrussStudy
 from studies.truss.limits.caps import CAPPED, CURVE, cap_on
 from studies.truss.limits.pull import least_time_of_pull
 from studies.truss.limits.ridge import ridge_force, ridge_need
+from studies.truss.quantities import QUANTITIES
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.phase_plane import FastestMotion, LeastForce
@@ -140,6 +142,158 @@ def least_time_of_the_mechanism(study: TrussStudy) -> float:
     return max(times)
 
 
+@dataclass(frozen=True)
+class Way:
+    """Least peaks of the rates of what comes to rest at the end of a path, in a duration.
+
+    Attributes
+    ----------
+    path : Path
+    duration : float
+        [s].
+    speed_cap, jerk_cap : float or None
+        Under which the acceleration is least; None for no limit.
+    """
+
+    path: Path
+    duration: float
+    speed_cap: float | None = None
+    jerk_cap: float | None = None
+
+    @property
+    def speed(self) -> float:
+        """Its mean, or the speed at the start."""
+        return max(self.path.way / self.duration, self.path.start_speed)
+
+    @property
+    def acceleration(self) -> float:
+        """Under the caps, or without them if they leave no motion."""
+        (way, v0), duration, speed, jerk = self.path, self.duration, self.speed_cap, self.jerk_cap
+        if v0:
+            least = (
+                least_cap("acceleration", others, way, duration, v0)
+                for others in (rate_caps(speed, jerk=jerk), RateCaps())
+            )
+            return next(filter(math.isfinite, least))
+        try:
+            return least_peak_acceleration(way, duration, jerk=jerk, speed=speed)
+        except ModelError:
+            return least_peak_acceleration(way, duration)
+
+
+def has_rotor(study: TrussStudy) -> bool:
+    """Whether the motor has a rotor, whose momentum helps the rope."""
+    return study.drive is not None and study.drive.motor_inertia > 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class LeastValues:
+    """What no motion of at most a duration beats, for the rows of quantities; None for no bound.
+
+    Attributes
+    ----------
+    study : TrussStudy
+    duration : float
+        [s].
+    of_the_rope, of_the_motor : LeastForce or None
+        The phase-plane bounds of the rope force, and of the force of a motor with a rotor, where
+        they are known.
+    time_of_force : float
+        T_min of the force cap, from the phase plane [s].
+    """
+
+    study: TrussStudy
+    duration: float
+    of_the_rope: LeastForce | None = None
+    of_the_motor: LeastForce | None = None
+    time_of_force: float = 0.0
+
+    @cached_property
+    def angle(self) -> Way:
+        """The way of the angle."""
+        caps = self.study.caps
+        return Way(path_of_angle(self.study), self.duration, caps.speed, caps.jerk)
+
+    @cached_property
+    def rope(self) -> Way:
+        """That of one rope."""
+        caps = self.study.caps
+        return Way(path_of_rope(self.study), self.duration, caps.rope_speed, caps.rope_jerk)
+
+    @property
+    def reaction(self) -> float:
+        """On the supporting arm [N]."""
+        return Way(path_of_centre(self.study), self.duration).acceleration
+
+    @cached_property
+    def work(self) -> float:
+        """Of the motors [J]."""
+        return least_work(self.study, self.duration)
+
+    @property
+    def time(self) -> float:
+        """Of the motion [s]."""
+        study, caps = self.study, self.study.caps
+        times = [study.duration[0], least_time_of_the_mechanism(study), self.time_of_force]
+        if "time" in study.objectives and study.arm is None:
+            times.append(least_time_of_pull(study.truss, caps, caps.force, 0.0, study.opening))
+        return max(times)
+
+    @cached_property
+    def rope_force(self) -> float | None:
+        """Peak of the rope force [N]."""
+        if self.study.arm is not None:  # which may push the ring over a ridge
+            return least_pull(self.study, self.duration)
+        ridge = ridge_force(self.study.truss, self.study.caps, self.study.opening)
+        known = (one.force for one in (self.of_the_rope, ridge) if one is not None)
+        return max(known, default=None)
+
+    @cached_property
+    def motor_force(self) -> float | None:
+        """Peak force of a motor with a rotor [N]."""
+        if not has_rotor(self.study):
+            return None
+        known = self.of_the_motor
+        return least_pull(self.study, self.duration) if known is None else known.force
+
+    @property
+    def _pull(self) -> float | None:
+        """Of what moves the rope [N]: a rotor's momentum carries the truss over a ridge."""
+        return self.motor_force if has_rotor(self.study) else self.rope_force
+
+    @cached_property
+    def need(self) -> float | None:
+        """What the motor must be able to pull for its margins [N]."""
+        study = self.study
+        if study.margin is None:
+            return None
+        needs = [_least_need(study.margin, study, self._pull)]
+        if not has_rotor(study):
+            ridge = ridge_need(study.margin, study.truss, study.caps, study.opening)
+            needs += [] if ridge is None else [ridge.force]
+        return max(needs)
+
+    @property
+    def motor_speed(self) -> float | None:
+        """Of one motor's shaft [rad/s]."""
+        drive = self.study.drive
+        if drive is None or drive.drum_radius is None:
+            return None
+        return motor_turn(drive, self.rope.path.way) / self.duration
+
+    @property
+    def motor_torque(self) -> float | None:
+        """Of one motor's shaft [N m]."""
+        drive = self.study.drive
+        if drive is None or drive.drum_radius is None or self._pull is None:
+            return None
+        return float(motor_torque(drive, self._pull, 0.0))
+
+    def jerk_of(self, way: Way) -> float | None:
+        """Of a way, where the acceleration is zero at the ends."""
+        return least_jerk(way.path, self.duration) if self.study.jerk_limited else None
+
+
 def lower_bounds(
     study: TrussStudy,
     force: LeastForce | None,
@@ -151,63 +305,14 @@ def lower_bounds(
 
     Parameters
     ----------
-    force, motor : LeastForce or None
-        The phase-plane bounds of the rope force, and of the force of a motor with a rotor, where
-        they are known.
-    least_time_of_force : float
-        T_min of the force cap, from the phase plane [s].
+    force, motor, least_time_of_force : as of `LeastValues`.
     longest : float, optional
         The duration [s]; by default the longest one of the study.
     """
-    caps, drive = study.caps, study.drive
     duration = study.duration[1] if longest is None else longest
-    work, angle, rope = least_work(study, duration), path_of_angle(study), path_of_rope(study)
-
-    bounds = {
-        "peak-acceleration": _least_acceleration(angle, duration, caps.jerk, caps.speed),
-        "peak-rope-speed": _least_speed(rope, duration),
-        "peak-rope-acceleration": _least_acceleration(
-            rope, duration, caps.rope_jerk, caps.rope_speed
-        ),
-        "peak-reaction": _least_acceleration(path_of_centre(study), duration),
-        "peak-speed": _least_speed(angle, duration),
-        "peak-power": work / duration,
-        "energy": work,
-        "time": max(study.duration[0], least_time_of_the_mechanism(study), least_time_of_force),
-    }
-    if "time" in study.objectives and study.arm is None:
-        pull = least_time_of_pull(study.truss, caps, caps.force, 0.0, study.opening)
-        bounds["time"] = max(bounds["time"], pull)
-    if study.jerk_limited:
-        bounds["peak-jerk"] = least_jerk(angle, duration)
-        bounds["peak-rope-jerk"] = least_jerk(rope, duration)
-    forces = _forces(study, force, duration)
-    if forces:
-        bounds["peak-force"] = max(forces)
-    rotor = drive is not None and drive.motor_inertia > 0.0
-    if rotor:  # its momentum carries the truss over a ridge, so that the rope's forces say nothing
-        forces = [least_pull(study, duration) if motor is None else motor.force]
-        bounds["peak-motor-force"] = forces[0]
-    if study.margin is not None:
-        needs = [_least_need(study.margin, study, forces)]
-        need = None if rotor else ridge_need(study.margin, study.truss, caps, study.opening)
-        if need is not None:
-            needs.append(need.force)
-        # a stall force is what is needed, and more where the motor moves
-        bounds["peak-factored-force"] = bounds["peak-stall-force"] = max(needs)
-    if drive is not None and drive.drum_radius is not None:
-        bounds["peak-motor-speed"] = motor_turn(drive, rope.way) / duration
-        if forces:
-            bounds["peak-motor-torque"] = float(motor_torque(drive, max(forces), 0.0))
-    return bounds
-
-
-def _forces(study: TrussStudy, force: LeastForce | None, duration: float) -> list[float]:
-    """Lower bounds on the peak of the rope force [N]; there may be none."""
-    if study.arm is not None:  # which may push the ring over a ridge
-        return [least_pull(study, duration)]
-    ridge = ridge_force(study.truss, study.caps, study.opening)
-    return [one.force for one in (force, ridge) if one is not None]
+    least = LeastValues(study, duration, force, motor, least_time_of_force)
+    found = ((key, quantity.bound(least)) for key, quantity in QUANTITIES.items())
+    return {key: bound for key, bound in found if bound is not None}
 
 
 def least_pull(study: TrussStudy, duration: float) -> float:
@@ -227,7 +332,7 @@ def least_pull(study: TrussStudy, duration: float) -> float:
     return max(mean, *(float(static_force(study.truss, end)) for end in ends))
 
 
-def _least_need(margin: MarginRequirements, study: TrussStudy, forces: Sequence[float]) -> float:
+def _least_need(margin: MarginRequirements, study: TrussStudy, pull: float | None) -> float:
     """What the motor must be able to pull whatever the motion [N]: at rest, and in the least force.
 
     No factor is below one, so that a factored force is at least the force itself.
@@ -235,32 +340,10 @@ def _least_need(margin: MarginRequirements, study: TrussStudy, forces: Sequence[
     truss = study.truss
     least = least_static_need(margin, truss, study.opening)
     helping = margin.resistance is not None and min(t for _, t in margin.resistance) < 0.0
-    if not forces or helping:
+    if pull is None or helping:
         return least
     cases = [case for case in margin.load_cases(truss) if not case.changed]
-    return max([least, *((1 + margin.required[1]) * max(forces) / c.derating.whole for c in cases)])
-
-
-def _least_speed(path: Path, duration: float) -> float:
-    """Least peak of a speed: its mean, or the speed at the start."""
-    return max(path.way / duration, path.start_speed)
-
-
-def _least_acceleration(
-    path: Path, duration: float, jerk: float | None = None, speed: float | None = None
-) -> float:
-    """Least peak acceleration under these caps, or without them if they leave no motion."""
-    way, v0 = path
-    if v0:
-        least = (
-            least_cap("acceleration", others, way, duration, v0)
-            for others in (rate_caps(speed, jerk=jerk), RateCaps())
-        )
-        return next(filter(math.isfinite, least))
-    try:
-        return least_peak_acceleration(way, duration, jerk=jerk, speed=speed)
-    except ModelError:
-        return least_peak_acceleration(way, duration)
+    return max([least, *((1 + margin.required[1]) * pull / c.derating.whole for c in cases)])
 
 
 def least_jerk(path: Path, duration: float) -> float:

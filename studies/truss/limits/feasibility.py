@@ -197,21 +197,6 @@ def end_forces(study: TrussStudy) -> tuple[tuple[str, float, float], ...]:
     )
 
 
-# what proves the bound of a quantity, with what goes into it
-_PROOFS = {
-    "peak-rope-speed": "the mean is L/T, with {travel:.6g} m of rope",
-    "peak-rope-acceleration": (
-        "4 L/T^2, or more under caps on its jerk and speed, with {travel:.6g} m of rope"
-    ),
-    "peak-rope-jerk": "32 L/T^3, with {travel:.6g} m of rope",
-    "peak-power": "the mean is W/T, and the motors do at least {work:.6g} J",
-    "peak-motor-speed": "the mean of a shaft that hauls in {travel:.6g} m of rope",
-    "peak-factored-force": "at rest, where it is largest, each factor and margin counted",
-    "peak-stall-force": "at rest, where it is largest, each factor and margin counted",
-    "peak-reaction": "4 M R/T^2, with the truss's mass M and R, by which its centre moves",
-}
-
-
 def _check_margins(study: TrussStudy) -> None:
     """Margins that no motion keeps: by what they need at rest, or by a bound on the force."""
     margin, cap = study.margin, study.caps.stall_force
@@ -235,15 +220,16 @@ def _check_mechanism(study: TrussStudy) -> None:
     duration = study.duration[1]
     bounds = lower_bounds(study, None)
     words = {"travel": path_of_rope(study).way, "work": least_work(study, duration)}
-    for key, proof in _PROOFS.items():
+    proven = ((key, quantity) for key, quantity in QUANTITIES.items() if quantity.proof)
+    for key, quantity in proven:
         cap, bound = cap_on(study.caps, study.drive, key), bounds.get(key)
         if cap is None or bound is None or cap >= bound * (1 - ROUNDING):
             continue
-        quantity = QUANTITIES[key]
         raise _infeasible(
             f"no motion deploys in {duration:g} s with a {quantity.title} of at most {cap:.6g} "
             f"{quantity.unit}; the least possible is {up(bound)} {quantity.unit} "
-            f"({proof.format(**words)}): raise the cap to more than that, or lengthen the duration"
+            f"({quantity.proof.format(**words)}): raise the cap to more than that, or lengthen "
+            "the duration"
         )
 
     together = least_time_of_the_mechanism(study)

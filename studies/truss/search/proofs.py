@@ -11,7 +11,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.drive.motor import rotor_mass
 from studies.truss.config import TrussStudy
-from studies.truss.limits.bounds import lower_bounds
+from studies.truss.limits.bounds import has_rotor, lower_bounds
 from studies.truss.limits.feasibility import (
     Unattained,
     check_feasible,
@@ -105,11 +105,6 @@ def _or_raised(found: LeastForce | StudyError) -> LeastForce:
     if isinstance(found, StudyError):
         raise found
     return found
-
-
-def has_rotor(study: TrussStudy) -> bool:
-    """Whether the motor has a rotor, whose momentum helps the rope."""
-    return study.drive is not None and study.drive.motor_inertia > 0.0
 
 
 def check_some_motion(planes: PhasePlanes) -> None:
