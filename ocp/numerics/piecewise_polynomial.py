@@ -83,7 +83,7 @@ def maxima(
     function: Callable[[Integers, Array], Array],
     values: Array,
     grid: Array,
-    level: float | None = None,
+    level: float = np.inf,
 ) -> Extremes:
     """Largest value in every interval from dense samples, by repeated zooming in.
 
@@ -93,8 +93,8 @@ def maxima(
         Takes intervals and local times, (m,) each, and returns (m,) values.
     values : (N, m)
         The function at the local times `grid` (m,) of all intervals.
-    level : float or None
-        Only what may reach it is zoomed in on; None for the largest value of all.
+    level : float
+        What lies below it and below the largest value of all needs no zoom.
     """
     # what is not a number exceeds every limit
     values = np.where(np.isfinite(values), values, np.inf)
@@ -109,7 +109,7 @@ def maxima(
         row = np.arange(intervals.size)
         left, right = np.maximum(peak - 1, 0), np.minimum(peak + 1, tau.shape[1] - 1)
         lowest = np.minimum(values[row, left], values[row, right])
-        near = _reach(values[row, peak], lowest) >= (best.max() if level is None else level)
+        near = _reach(values[row, peak], lowest) >= min(level, best.max())
         if not near.any():
             break
 
