@@ -12,7 +12,7 @@ ring; G [Pa] shear modulus; J [m^4] polar second moment; L [m] length; nu Poisso
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from models.arm.parameters import ArmParameters
 from models.errors import require, require_positive
@@ -81,3 +81,23 @@ class TurnParameters:
     def frequency(self) -> float:
         """Of the antenna on the held drive, without damping [rad/s]."""
         return math.sqrt(self.stiffness / self.inertia)
+
+    def on_free_satellite(self, satellite: float) -> TurnParameters:
+        """The same on a satellite that is free to turn about the axis, as the satellite sees it.
+
+        The drive acts between two bodies, so that their relative motion has the inertia
+        J2 H / (J2 + H). Times its rate that is the momentum which either has, as nothing acts from
+        outside.
+
+        Parameters
+        ----------
+        satellite : float
+            H, its inertia about the axis [kg m^2].
+
+        Raises
+        ------
+        ModelError
+            If it is not positive.
+        """
+        require_positive("TurnParameters", satellite=satellite)
+        return replace(self, inertia=self.inertia * satellite / (self.inertia + satellite))

@@ -6,8 +6,8 @@ from studies.common.study import Mechanism, Study
 
 STUDY = Study(
     name="mission",
-    summary="big arm, small arm and ring within one time",
-    description="Shares the time of the whole deployment out among big arm, small arm and ring, so "
+    summary="big arm, turn, small arm and ring within one time",
+    description="Shares the time of the whole deployment out among its stages, so "
     "that the largest part of any cap that a stage uses is least; or finds the least total time "
     "under the caps. Says what the ring's reaction does to the arm, for three laws.",
     keys={"": "studies.mission.config:MissionStudy"},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -28,14 +29,18 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.carrier import CarryingArm
 from studies.truss.config import ring_in_space
 from studies.truss.limits.caps import jerk_cap
+from studies.turn.config import TurnStudy
 
 AIMS = ("utilisation", "time")
 TOTAL = 36.0  # [s], where none is stated
+DWELLS = 4  # one after each stage
+TURNED_DEG = 90.0  # about the big arm: the elbow's axis is normal to the root's then
+SPARE_ACCELERATION = 1.25  # over what a rigid arm needs, so that the twist can come to rest
 
 
 @dataclass(frozen=True, kw_only=True)
 class MissionStudy:
-    """The whole deployment: big arm, small arm, ring; each latches and dwells before the next.
+    """The whole deployment: big arm, turn, small arm, ring; each latches before the next.
 
     Attributes
     ----------
@@ -44,6 +49,8 @@ class MissionStudy:
     total : of stages and dwells [s]; None for the least one, which is what is found.
     dwell : after each stage, for its latch and what has to come to rest [s].
     big_torque, small_torque : caps on the root's and the elbow's torque [N m].
+    turn_torque, turn_acceleration : caps on the drive that turns the antenna about the big arm
+        [N m, rad/s^2].
     residual_energy : cap on what each lock of the arm leaves, and the ring when it is open [J].
     rope_force, reaction : caps on the ring's motor and on what the arm feels of it [N].
     jerk : cap on the jerk of the ring's angle, as of a study of the truss.
@@ -71,6 +78,12 @@ class MissionStudy:
     dwell: float = key(not_negative, "s", "after each stage, for its latch", default=2.0)
     big_torque: float = key(positive, "N m", "cap on the torque at the root", default=5.0)
     small_torque: float = key(positive, "N m", "cap on the torque at the elbow", default=12.0)
+    turn_torque: float = key(
+        positive, "N m", "cap on the torque that turns the antenna about the big arm", default=5.0
+    )
+    turn_acceleration: float = key(
+        positive, "rad/s^2", "cap on the acceleration of that drive", default=2.0
+    )
     residual_energy: float = key(
         positive, "J", "cap on what each lock of the arm, and the ring, leaves", default=RESIDUAL
     )
@@ -115,7 +128,7 @@ class MissionStudy:
             object.__setattr__(self, "total", TOTAL)
         if self.moving <= 0.0:
             raise StudyError(
-                f"total is {self.total:g} s, but three dwells of {self.dwell:g} s leave nothing to "
+                f"total is {self.total:g} s, but four dwells of {self.dwell:g} s leave nothing to "
                 "move in; give more, or shorter dwells",
                 ExitCode.INFEASIBLE,
             )
@@ -132,18 +145,38 @@ class MissionStudy:
 
     @property
     def moving(self) -> float:
-        """Time for the motions of the three stages [s], of a mission with a total."""
+        """Time for the motions of all stages [s], of a mission with a total."""
         assert self.total is not None
-        return self.total - 3 * self.dwell
+        return self.total - DWELLS * self.dwell
+
+    def turn(self, duration: float) -> TurnStudy:
+        """The turn about the big arm as a study of its own, in a time [s].
+
+        In a time too short for its drive it takes as much acceleration as it needs.
+        """
+        needed = SPARE_ACCELERATION * 4.0 * math.radians(TURNED_DEG) / duration**2
+        return TurnStudy(
+            minimise="utilisation",
+            angle_deg=TURNED_DEG,
+            duration=duration,
+            torque=self.turn_torque,
+            residual_energy=self.residual_energy,
+            drive_acceleration=max(self.turn_acceleration, needed),
+            satellite_inertia=self.satellite_inertia,
+            wheel_torque=self.wheel_torque,
+            wheel_momentum=self.wheel_momentum,
+            truss=self.truss,
+            arm=self.arm,
+        )
 
     @property
     def question(self) -> str:
         """What is asked, in one line."""
         if self.least == "time":
-            return f"big arm, small arm and ring, {self.dwell:g} s after each: least total time"
+            return f"big arm, turn, small arm, ring, {self.dwell:g} s after each: least total time"
         return (
-            f"big arm, small arm and ring in {self.total:g} s, {self.dwell:g} s after each: least "
-            "largest utilisation"
+            f"big arm, turn, small arm and ring in {self.total:g} s, {self.dwell:g} s after each: "
+            "least largest utilisation"
         )
 
 

@@ -14,6 +14,7 @@ from models.ancf.joints.angles import joint_angles
 from models.laws import Law
 from models.ring_on_arm import ArmMotion
 from models.truss import least_peak_reaction
+from models.turn import least_torque_bound, turn_response
 from ocp import AdaptiveMesh, Interrupted, OcpError, Problem, Settings, Solution, peak, solve
 from ocp.arrays import Array
 from ocp.solution.storage import packed, unpacked
@@ -38,11 +39,13 @@ from studies.truss.motions.starts import StartingMotion, bezier_start, from_neig
 from studies.truss.problem import settings_of, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.smoothness import first_price
+from studies.turn.motion import best_turn
+from studies.turn.problem import rows_of
 
 OBJECTIVE = "peak-torque"  # of an arm
 ARMS = {"big arm": "big", "small arm": "small"}
-RING = "ring"
-STAGES = (*ARMS, RING)
+TURN, RING = "turn", "ring"
+STAGES = ("big arm", TURN, "small arm", RING)
 SAMPLES = 1001  # of a stage's histories
 NEAR = 0.05  # relative change of an arm's duration, up to which its mesh and smoothness serve
 ALLOWED = 0.3  # part of the cap on the residual energy that a motion of least torque may leave
@@ -145,6 +148,8 @@ def move(study: MissionStudy, name: str, duration: float, console: Console) -> S
     """
     if name == RING:
         return move_ring(study, duration, None, console)
+    if name == TURN:
+        return _turn(study, duration, console)
     return _arm(study, name, duration, console)
 
 
@@ -152,6 +157,9 @@ def rigid_duration(study: MissionStudy, name: str) -> float:
     """A time of the right size for a stage to use its caps [s]: that of rigid bodies."""
     if name == RING:
         return math.sqrt(least_peak_reaction(study.truss, 1.0) / study.reaction)
+    if name == TURN:
+        asked = study.turn(1.0)
+        return math.sqrt(least_torque_bound(asked.parameters, asked.angle, 1.0) / asked.torque)
     stage = _slew(study, name)
     return stage.least_duration(_torque_cap(study, name))
 
@@ -297,6 +305,32 @@ def _arm_history(motion: OptimalMotion, replayed: LockedMotion, joint: int) -> d
         "momentum": np.interp(times, history.times[:until], history.angular_momentum[:until]),
         "turn": 0 * times if turning is None else np.interp(times, run.times, turning.turn),
     }
+
+
+def _turn(study: MissionStudy, duration: float, console: Console) -> StageMotion:
+    """Least of the parts of the caps on torque and momentum; antenna and drive come to rest."""
+    asked = study.turn(duration)
+    best = best_turn(asked, console)
+    moved = turn_response(asked.parameters, *rows_of(best.drive(), SAMPLES))
+    J, H = asked.parameters.inertia, asked.satellite_inertia
+    history = {
+        "time": moved.time,
+        "angle": moved.antenna_angle,
+        "drive": moved.torque,
+        "moment": moved.torque,
+        "momentum": J * moved.antenna_rate,
+        "turn": 0 * moved.time if H is None else -J / H * moved.antenna_angle,
+    }
+
+    pushed = float(np.abs(moved.drive_acceleration).max())
+    uses = (
+        Use("peak torque", "N m", float(np.abs(moved.torque).max()), study.turn_torque),
+        # planned at rest, by a drive that switches between its limits
+        Use("residual energy", "J", moved.energy[-1], study.residual_energy, limit=True),
+        Use("peak drive acceleration", "rad/s^2", pushed, study.turn_acceleration, limit=True),
+        *_of_the_wheels(study, history),
+    )
+    return StageMotion(TURN, duration, uses, best.solution.verification.passed, history)
 
 
 def move_ring(

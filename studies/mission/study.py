@@ -32,6 +32,7 @@ from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equa
 from studies.mission.stages import (
     RING,
     STAGES,
+    TURN,
     StageMotion,
     move,
     move_from,
@@ -48,9 +49,9 @@ from studies.truss.motions.laws import paper_laws
 
 UNFELT = 5e-3  # [%] of what a stage uses, which a per cent more time saves: nothing that one feels
 WITHOUT = "optimum without arm"  # name of the best law that leaves the arm out
-# The antenna's turn about the big arm by 90 deg lies between them, so that the axis of the elbow is
-# normal to that of the root then. The ring is in the plane of the arm that carries it.
-AXES = {"root": ("big arm",), "elbow": ("small arm", RING)}
+# The turn by 90 deg makes the axis of the elbow normal to that of the root. The ring is in the
+# plane of the arm that carries it.
+AXES = {"root": ("big arm",), "big arm": (TURN,), "elbow": ("small arm", RING)}
 SHORTLY = 1e-6  # [s] after a stage, when its moment at the root is over
 WITHIN = 1e-6  # relative: a cap that is exceeded by less is kept, as elsewhere
 
@@ -385,7 +386,7 @@ def _at_the_root(mission: Mission, time: Array, pieces: Sequence[Array]) -> dict
     for joint, names in AXES.items():
         meaning = f"turn of the satellite about the axis of the {joint}"
         angle = over_all("turn", names, None)
-        arrays[f"satellite_about_{joint}"] = Series("rad", "time", angle, meaning)
+        arrays[f"satellite_about_{joint.replace(' ', '_')}"] = Series("rad", "time", angle, meaning)
     return arrays
 
 
@@ -481,10 +482,10 @@ def _turned_in_words(mission: Mission) -> str:
         joint: math.degrees(sum(turned.get(name, 0.0) for name in names))
         for joint, names in AXES.items()
     }
-    about = " and ".join(f"{d:.4g} deg about the axis of the {j}" for j, d in degrees.items())
+    about = ", ".join(f"{d:.4g} deg about the axis of the {j}" for j, d in degrees.items())
     return (
-        f"The satellite of {H:g} kg m^2 about each axis turns by {about}. The antenna's turn "
-        f"between these stages is about a third axis and in neither. {left_out}"
+        f"The satellite of {H:g} kg m^2 about each axis turns by {about}. Each of these turns is "
+        f"worked out alone, and none is added to another. {left_out}"
     )
 
 
@@ -618,8 +619,8 @@ def _remarks(mission: Mission) -> list[str]:
         remarks.append(_of_more_time(curve.name, slope))
     remarks += [*_cost_of_rest(mission), *mission.bars.sentences, _turned_in_words(mission)]
     remarks.append(
-        "The rotation of the antenna about the big arm, between its stage and the small arm's, is "
-        "not modelled; its time belongs to the dwell. The ring's centre is seen from the tip at "
+        "The antenna turns by 90 deg about the big arm, which twists and does not bend then; the "
+        "drive stands at its root. The ring's centre is seen from the tip at "
         f"{mission.study.reaction_angle_deg:g} deg to the straight arm, and the reaction is that "
         "of a ring on a tip that is held."
     )

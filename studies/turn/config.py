@@ -12,6 +12,7 @@ from models.errors import ModelError
 from models.truss import TrussParameters
 from models.turn import TurnParameters, stowed_ring_inertia, torsion_stiffness
 from models.turn.parameters import POISSON
+from studies.arm.config import check_wheels
 from studies.common.arm_description import ArmDescription
 from studies.common.configuration import (
     check,
@@ -19,13 +20,14 @@ from studies.common.configuration import (
     finite,
     from_mapping,
     key,
+    optional_key,
     positive,
     section,
 )
 from studies.common.exit_codes import StudyError
 from studies.truss.config import ring_in_space
 
-OBJECTIVES = ("peak-torque", "time")
+OBJECTIVES = ("peak-torque", "time", "utilisation")
 FULL_TURN = 360.0  # [deg]
 
 
@@ -43,13 +45,17 @@ class TurnStudy:
 
     Attributes
     ----------
-    minimise : "peak-torque" in the duration, or "time" under the caps.
+    minimise : "peak-torque" in the duration, "time" under the caps, or "utilisation", the largest
+        part of the caps on torque and momentum that is used in the duration.
     angle_deg : by which the antenna turns.
     duration : of the turn; of the least time the longest that is looked at [s].
     torque : cap on the torque in the big arm, which the drive gives [N m].
     residual_energy : cap on the swing that is left when the drive stands [J].
     drive_acceleration : cap on the acceleration of the drive's angle [rad/s^2].
     poisson : Poisson's ratio of the big arm's tube.
+    satellite_inertia : about that axis, of a satellite that is free to turn [kg m^2]; None for one
+        that is held.
+    wheel_torque, wheel_momentum : caps on what a held one takes [N m, N m s].
     truss, arm : the stowed ring; the arm, whose `tip_mass` is the mass of the antenna.
 
     Raises
@@ -59,7 +65,10 @@ class TurnStudy:
     """
 
     minimise: str = key(
-        choice(OBJECTIVES), "", f"{' or '.join(OBJECTIVES)} (under the caps)", default="peak-torque"
+        choice(OBJECTIVES),
+        "",
+        "peak-torque, time (under the caps) or utilisation (of the caps on torque and momentum)",
+        default="peak-torque",
     )
     angle_deg: float = key(_turned, "deg", "by which the antenna turns", default=90.0)
     duration: float = key(
@@ -75,6 +84,17 @@ class TurnStudy:
     poisson: float = key(
         finite, "", "Poisson's ratio of the big arm's tube, an assumption", default=POISSON
     )
+    satellite_inertia: float | None = optional_key(
+        positive,
+        "kg m^2",
+        "inertia about the axis of a satellite that is free to turn; it is held unless stated",
+    )
+    wheel_torque: float | None = optional_key(
+        positive, "N m", "cap on the moment about the axis that a held satellite takes"
+    )
+    wheel_momentum: float | None = optional_key(
+        positive, "N m s", "cap on the angular momentum that its wheels take"
+    )
     truss: TrussParameters = key(
         ring_in_space,
         "",
@@ -88,11 +108,12 @@ class TurnStudy:
 
     def __post_init__(self) -> None:
         check(self)
+        check_wheels(self)
         assert self.parameters  # made once here, so that what cannot turn is said early
 
     @cached_property
     def parameters(self) -> TurnParameters:
-        """The antenna on the big arm.
+        """The antenna on the big arm, as the satellite sees it.
 
         Raises
         ------
@@ -100,12 +121,19 @@ class TurnStudy:
             If the antenna has no mass, or the ratio is none of a material.
         """
         try:
-            return TurnParameters(
+            turn = TurnParameters(
                 stowed_ring_inertia(self.truss, self.arm.tip_mass),
                 torsion_stiffness(self.arm.parameters, self.poisson),
             )
         except ModelError as error:
             raise StudyError(str(error)) from error
+        H = self.satellite_inertia
+        return turn if H is None else turn.on_free_satellite(H)
+
+    @property
+    def most_torque(self) -> float:
+        """Of the drive [N m]: a held satellite takes as much."""
+        return self.torque if self.wheel_torque is None else min(self.torque, self.wheel_torque)
 
     @property
     def angle(self) -> float:
@@ -117,8 +145,9 @@ class TurnStudy:
         """What is asked, in one line."""
         what = f"Antenna turned by {self.angle_deg:g} deg about the big arm"
         if self.minimise == "time":
-            return f"{what}: least time under {self.torque:g} N m"
-        return f"{what} in {self.duration:g} s: least peak torque"
+            return f"{what}: least time under {self.most_torque:g} N m"
+        aim = "peak torque" if self.minimise == "peak-torque" else "utilisation"
+        return f"{what} in {self.duration:g} s: least {aim}"
 
 
 def study_from(raw: Mapping[str, Any]) -> TurnStudy:

@@ -7,6 +7,7 @@ linear: in a given duration a local optimum is the global one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from models.turn import BangTurn, turn_response
-from ocp import AdaptiveMesh, Between, Control, Phase, Problem, Settings, State, peak
+from ocp import AdaptiveMesh, Between, Bound, Control, Phase, Problem, Settings, State, peak
 from ocp.arrays import Array
 from studies.turn.config import TurnStudy
 
@@ -49,8 +50,10 @@ def state(study: TurnStudy, guess: BangTurn, known: bool) -> TurnStatement:
     """
     turn, angle = study.parameters, study.angle
     # the twist is millionths of the angles, whose difference would be exact to parts of these only
-    most = study.torque / turn.stiffness
-    twist, twist_rate = State("twist", "rad", -most, most), State("twist rate", "rad/s")
+    shared, size = study.minimise == "utilisation", study.most_torque / turn.stiffness
+    most = math.inf if shared else size
+    twist = State("twist", "rad", -most, most, scale=size)
+    twist_rate = State("twist rate", "rad/s")
     beta, beta_rate = State("drive angle", "rad"), State("drive rate", "rad/s")
     limit = study.drive_acceleration
     u = Control("drive acceleration", "rad/s^2", lower=-limit, upper=limit, piecewise="constant")
@@ -59,6 +62,10 @@ def state(study: TurnStudy, guess: BangTurn, known: bool) -> TurnStatement:
     end: Any = study.duration
     if timed:
         end = Between(SHORTEST * guess.duration, study.duration, guess=guess.duration)
+    h = study.wheel_momentum
+    momentum = turn.inertia * (beta_rate.symbol - twist_rate.symbol)
+    bounds = [] if h is None or shared else [Bound("momentum", momentum, "N m s", -h, h)]
+
     rest = {twist: 0.0, twist_rate: 0.0, beta_rate: 0.0}
     phase = Phase(
         "turn",
@@ -72,18 +79,20 @@ def state(study: TurnStudy, guess: BangTurn, known: bool) -> TurnStatement:
         initial={beta: 0.0, **rest},
         final={beta: angle, **rest},
         end=end,
+        bounds=bounds,
         guess=dict(
             zip((twist, twist_rate, beta, beta_rate, u), _courses(study, guess), strict=True)
         ),
         breakpoints=guess.switches[1:-1] if known and not timed else (),
     )
-    least = (
-        phase.end_time
-        if timed
-        else peak(
-            (phase, turn.stiffness * twist.symbol), name="peak torque", unit="N m", absolute=True
-        )
-    )
+    torque = turn.stiffness * twist.symbol
+    if timed:
+        least: Any = phase.end_time
+    elif shared:
+        parts = [torque / study.most_torque, *([] if h is None else [momentum / h])]
+        least = peak(*((phase, part) for part in parts), name="utilisation", absolute=True)
+    else:
+        least = peak((phase, torque), name="peak torque", unit="N m", absolute=True)
     return TurnStatement(
         Problem("turn", (phase,), minimise=least),
         Settings(

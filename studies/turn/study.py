@@ -7,7 +7,6 @@ anew, in sines and without an integrator, and so is that to the paper's laws.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 import time as clock
 from collections.abc import Mapping
@@ -16,16 +15,8 @@ from typing import Any
 import numpy as np
 
 from models.laws import Bezier, Law, Step5, paper_points
-from models.turn import (
-    BangTurn,
-    TurnResponse,
-    least_torque_bound,
-    least_torque_turn,
-    least_turn_time_bound,
-    torque_limited_turn,
-    turn_response,
-)
-from ocp import OcpError, Solution, solve
+from models.turn import BangTurn, TurnResponse, turn_response
+from ocp import Solution
 from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.configuration import as_stated
 from studies.common.console import Console, at_work
@@ -37,17 +28,23 @@ from studies.common.rounding import up
 from studies.common.second_solve import second_solve
 from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, REST
 from studies.turn.config import TurnStudy
-from studies.turn.problem import rows_of, state
+from studies.turn.motion import (
+    best_turn,
+    closed_form,
+    least_duration,
+    least_momentum,
+    least_torque,
+    least_utilisation,
+)
+from studies.turn.problem import rows_of
 
 OPTIMUM = "optimum"
 ROWS = 4001  # evenly spaced, beside the switches
 AFTER = 6.0  # periods of the swing that are followed when the drive stands
 AFTER_ROWS = 241
 MET = 1e-5  # relative: so close to its closed form an optimum counts as that
-NARROW = 1e-12  # of the duration: an interval of a mesh that is left out
 SAME = 1e-3  # of what a rigid arm's drive needs: what differs by less is one arc to a reader
 FEW = 12  # arcs that a sentence lists
-START = 1.05  # of the bound: duration of a first guess without a closed form
 
 UNITS = {
     "time": ("s", "since the start"),
@@ -74,8 +71,7 @@ def check(study: TurnStudy, console: Console | None = None) -> None:
         if least > duration:
             raise StudyError(
                 f"duration is {duration:g} s, but no turn under these caps takes less than "
-                f"{least:.6g} s; state more than {up(least)} s, or raise torque or "
-                "drive_acceleration",
+                f"{least:.6g} s; state more than {up(least)} s, or raise the caps",
                 ExitCode.INFEASIBLE,
             )
         return
@@ -90,38 +86,20 @@ def check(study: TurnStudy, console: Console | None = None) -> None:
             ExitCode.INFEASIBLE,
         )
 
-    least = least_torque(study)
-    if least > study.torque:
-        raise StudyError(
-            f"torque is {study.torque:g} N m, but no turn of {duration:g} s needs less than "
-            f"{least:.6g} N m; state at least {up(least)} N m, or a longer duration",
-            ExitCode.INFEASIBLE,
-        )
-
-
-def closed_form(study: TurnStudy) -> BangTurn | None:
-    """The best turn; None where it has no closed form."""
-    turn, limit = study.parameters, study.drive_acceleration
-    if study.minimise == "time":
-        return torque_limited_turn(turn, study.angle, study.torque, limit)
-    return least_torque_turn(turn, study.angle, study.duration, limit)
-
-
-def least_torque(study: TurnStudy) -> float:
-    """A bound on the peak torque in the duration [N m], by the closed form if there is one."""
-    known = closed_form(study)
-    if known is not None:
-        return known.peak_torque
-    return least_torque_bound(study.parameters, study.angle, study.duration)
-
-
-def least_duration(study: TurnStudy) -> float:
-    """A bound on the duration under the caps [s], by the closed form if there is one."""
-    known = closed_form(study)
-    if known is not None:
-        return known.duration
-    limits = (study.torque, study.drive_acceleration)
-    return least_turn_time_bound(study.parameters, study.angle, *limits)
+    if study.minimise == "utilisation":
+        return  # which may be more than all of a cap
+    for name, unit, least in (
+        ("torque", "N m", least_torque(study)),
+        ("wheel_torque", "N m", least_torque(study)),
+        ("wheel_momentum", "N m s", least_momentum(study)),
+    ):
+        cap = getattr(study, name)
+        if cap is not None and least > cap:
+            raise StudyError(
+                f"{name} is {cap:g} {unit}, but no turn of {duration:g} s needs less than "
+                f"{least:.6g} {unit}; state at least {up(least)} {unit}, or a longer duration",
+                ExitCode.INFEASIBLE,
+            )
 
 
 def run(
@@ -154,19 +132,12 @@ def run(
 
 
 def _result(study: TurnStudy, console: Console, kept: FinishedSteps) -> Result:
-    known = closed_form(study)
-    statement = state(study, known or _rigid(study), known is not None)
     begin = clock.monotonic()
-    problem, settings = statement.problem, statement.settings
-    take = functools.partial(solve, problem, settings=settings, progress=console.live)
-    try:
-        found = kept.step("turn", take, problem, console.progress)
-    except OcpError as error:
-        raise StudyError(str(error), ExitCode.NOT_SOLVED) from error
+    best = best_turn(study, console, kept)
     console.progress(f"solved in {clock.monotonic() - begin:.1f} s")
-    second = second_solve(found, settings, console, kept=kept)
+    second = second_solve(best.solution, best.statement.settings, console, kept=kept)
 
-    drive = _drive_of(second.solution, statement.acceleration, study)
+    drive = best.drive(second.solution)
     duration = drive.duration
     moved = {OPTIMUM: turn_response(study.parameters, *rows_of(drive, ROWS))}
     start = paper_points(0.0, study.angle)
@@ -185,7 +156,7 @@ def _result(study: TurnStudy, console: Console, kept: FinishedSteps) -> Result:
         arrays=_series(study, moved),
         table=rows,
         bounds={row.key: row.bound for row in rows if row.bound is not None},
-        verdict=_verdict(study, second.solution, known),
+        verdict=_verdict(study, second.solution),
         checks=(*_checks(study, own, second.solution), second.check),
         costs_elsewhere=costs_elsewhere(rows),
         remarks=_remarks(study, drive),
@@ -201,29 +172,6 @@ def _result(study: TurnStudy, console: Console, kept: FinishedSteps) -> Result:
     )
 
 
-def _rigid(study: TurnStudy) -> BangTurn:
-    """A first guess where there is no closed form: the drive pushes half of the way, and brakes."""
-    duration = study.duration
-    if study.minimise == "time":
-        duration = min(duration, START * least_duration(study))
-    push = 4.0 * study.angle / duration**2
-    switches = (0.0, duration / 2, duration)
-    return BangTurn(switches, (push, -push), study.parameters.inertia * push)
-
-
-def _drive_of(solution: Solution, name: str, study: TurnStudy) -> BangTurn:
-    """The drive that the engine found: a constant acceleration in each interval of its mesh."""
-    phase = solution.trajectory.phases[0]
-    kept = np.flatnonzero(np.diff(phase.breakpoints) > NARROW * phase.end)
-    values = phase.polynomial(name).powers()[kept, 0, 0]
-    edges = np.append(phase.breakpoints[kept], phase.end)
-    edges[0] = 0.0
-    # arcs of one acceleration, as far as the solver holds it, are one
-    arcs = [0, *(np.flatnonzero(np.diff(values)) + 1).tolist()]
-    switches = (*edges[arcs].tolist(), float(edges[-1]))
-    return BangTurn(switches, tuple(values[arcs].tolist()), study.torque)
-
-
 def _under(study: TurnStudy, law: Law) -> TurnResponse:
     """What the antenna does if the drive follows a law."""
     time = np.union1d(np.linspace(0.0, law.duration, 4 * ROWS), law.breakpoints)
@@ -232,7 +180,7 @@ def _under(study: TurnStudy, law: Law) -> TurnResponse:
 
 
 def _table(study: TurnStudy, moved: Mapping[str, TurnResponse]) -> tuple[TableRow, ...]:
-    timed = study.minimise == "time"
+    timed, J, h = study.minimise == "time", study.parameters.inertia, study.wheel_momentum
     torque_bound = None if timed else least_torque(study)
 
     def row(key: str, title: str, unit: str, values: Mapping[str, float], **more: Any) -> TableRow:
@@ -245,7 +193,16 @@ def _table(study: TurnStudy, moved: Mapping[str, TurnResponse]) -> tuple[TableRo
     def peaks(name: str) -> dict[str, float]:
         return {law: float(np.abs(getattr(one, name)).max()) for law, one in moved.items()}
 
+    handed = {law: J * value for law, value in peaks("antenna_rate").items()}
+    shared = ()
+    if study.minimise == "utilisation":
+        parts = {law: value / study.most_torque for law, value in peaks("torque").items()}
+        if h is not None:
+            parts = {law: max(part, handed[law] / h) for law, part in parts.items()}
+        title, least = "largest part of a cap that is used", least_utilisation(study)
+        shared = (row("utilisation", title, "1", parts, cap=1.0, bound=least, minimised=True),)
     return (
+        *shared,
         row(
             "duration",
             "duration",
@@ -259,9 +216,17 @@ def _table(study: TurnStudy, moved: Mapping[str, TurnResponse]) -> tuple[TableRo
             "peak torque in the big arm",
             "N m",
             peaks("torque"),
-            cap=study.torque,
+            cap=study.most_torque,
             bound=torque_bound,
-            minimised=not timed,
+            minimised=study.minimise == "peak-torque",
+        ),
+        row(
+            "peak_momentum",
+            "peak angular momentum handed to the satellite",
+            "N m s",
+            handed,
+            cap=h,
+            bound=None if timed else least_momentum(study),
         ),
         row(
             "energy_left",
@@ -324,7 +289,7 @@ def _checks(study: TurnStudy, own: TurnResponse, solution: Solution) -> tuple[Cr
         ),
         at_most("speed of the drive at the end", "rad/s", abs(own.drive_rate[-1]), REST * speed),
         at_most("swing left when the drive stands", "J", own.energy[-1], study.residual_energy),
-        at_most("peak torque", "N m", np.abs(own.torque).max(), study.torque * (1 + CAPS)),
+        at_most("peak torque", "N m", np.abs(own.torque).max(), study.most_torque * (1 + CAPS)),
         at_most(
             "peak acceleration of the drive",
             "rad/s^2",
@@ -333,6 +298,11 @@ def _checks(study: TurnStudy, own: TurnResponse, solution: Solution) -> tuple[Cr
         ),
     ]
 
+    if (h := study.wheel_momentum) is not None:
+        handed = study.parameters.inertia * float(np.abs(own.antenna_rate).max())
+        checks.append(
+            at_most("peak momentum handed to the satellite", "N m s", handed, h * (1 + CAPS))
+        )
     verification = solution.verification
     passed, words = verification.passed, "; ".join(verification.reasons)
     sentence = "passed" if passed else f"FAILED: {words}"
@@ -349,7 +319,8 @@ def _checks(study: TurnStudy, own: TurnResponse, solution: Solution) -> tuple[Cr
     return tuple(checks)
 
 
-def _verdict(study: TurnStudy, solution: Solution, known: BangTurn | None) -> Verdict:
+def _verdict(study: TurnStudy, solution: Solution) -> Verdict:
+    known = closed_form(study)
     if not solution.verification.passed:
         return Verdict("unverified", "; ".join(solution.verification.reasons))
     if known is None:
@@ -359,6 +330,8 @@ def _verdict(study: TurnStudy, solution: Solution, known: BangTurn | None) -> Ve
             "other optimum is better",
         )
     best = known.duration if study.minimise == "time" else known.peak_torque
+    if study.minimise == "utilisation":
+        best /= study.most_torque
     off = abs(solution.objective / best - 1.0)
     if off > MET:
         return Verdict("local", f"local: {off:.1e} above the closed form, {best:.9g}")
@@ -371,12 +344,25 @@ def _remarks(study: TurnStudy, drive: BangTurn) -> tuple[str, ...]:
         f"The antenna has {turn.inertia:.4g} kg m^2 about the axis of the big arm, which twists by "
         f"{turn.stiffness:.5g} N m/rad: {turn.frequency / (2 * math.pi):.4g} Hz on a drive that "
         "stands.",
+        *_of_the_satellite(study),
         *_arcs_in_words(drive, 4.0 * study.angle / drive.duration**2),
         "The paper gives no parameters of this stage. Assumed are a drive at the root of the big "
         "arm, a folded small arm, and a stowed ring that is a thin hoop, its centre its own radius "
         "away from the axis.",
         "Left out are bending of the arm, damping, the inertia of the tubes about the axis, and "
         "that of the drive.",
+    )
+
+
+def _of_the_satellite(study: TurnStudy) -> tuple[str, ...]:
+    """How far the antenna turns a satellite that is free."""
+    H = study.satellite_inertia
+    if H is None:
+        return ()
+    turned = -study.parameters.inertia / H * study.angle_deg
+    return (
+        f"The satellite of {H:g} kg m^2 about this axis turns by {turned:.4g} deg. All angles are "
+        "seen from it, and the inertia is that of the relative motion.",
     )
 
 

@@ -30,10 +30,11 @@ TURN = TurnParameters(stowed_ring_inertia(DYNAMIC_SET, 30.0), torsion_stiffness(
 RIGHT = math.pi / 2
 
 
-def least_peak_by_program(turn, angle, duration, acceleration, steps):
+def least_peak_by_program(turn, angle, duration, acceleration, steps, weight=0.0):
     """Least peak torque of all drives whose acceleration is constant in each of many steps [N m].
 
-    A linear program in the states at all times: nothing is said of the shape of the turn.
+    A linear program in the states at all times: nothing is said of the shape of the turn. With a
+    weight [1/s] the largest of torque and weighted momentum of the antenna is least.
     """
     h, rate = duration / steps, turn.stiffness / turn.inertia
     matrix = np.zeros((5, 5))  # twist, its rate, drive angle, its rate; and the constant u
@@ -53,13 +54,16 @@ def least_peak_by_program(turn, angle, duration, acceleration, steps):
     twists = csr_matrix(
         (np.ones(steps), (range(steps), range(0, 4 * steps, 4))), (steps, 5 * steps)
     )
+    handed = weight * turn.inertia / turn.stiffness
+    rates = kron(eye(steps), csr_matrix([[0.0, -handed, 0.0, handed]]))
+    rates = bmat([[rates, csr_matrix((steps, steps))]])
     peak = csr_matrix(-np.ones((steps, 1)))
     cost = np.zeros(5 * steps + 1)
     cost[-1] = 1.0
     found = linprog(
         cost,
-        A_ub=bmat([[twists, peak], [-twists, peak]]),
-        b_ub=np.zeros(2 * steps),
+        A_ub=bmat([[twists, peak], [-twists, peak], [rates, peak], [-rates, peak]]),
+        b_ub=np.zeros(4 * steps),
         A_eq=bmat([[dynamics], [last]]),
         b_eq=np.concatenate([np.zeros(4 * steps), [0.0, 0.0, angle, 0.0]]),
         bounds=[(None, None)] * (4 * steps) + [(-acceleration, acceleration)] * steps + [(0, None)],
@@ -125,6 +129,28 @@ def test_the_closed_form_turns_from_rest_to_rest(seed: int) -> None:
     again = torque_limited_turn(params, angle, turn.peak_torque, acceleration)
     assert again.duration == pytest.approx(duration, rel=1e-8)
     assert duration > least_turn_time_bound(params, angle, turn.peak_torque, acceleration)
+
+
+def test_a_free_satellite_and_the_antenna_as_two_bodies() -> None:
+    H, duration = 300.0, 3.0
+    law = Bezier(duration, paper_points(0.0, RIGHT))
+    time = np.linspace(0.0, duration, 8001)
+    u = law.motion(time).acceleration
+    moved = turn_response(TURN.on_free_satellite(H), time, u, u)
+
+    def rates(t, y):  # angles of satellite and antenna in fixed axes; the drive's is seen from it
+        satellite, antenna, *speeds = y
+        torque = TURN.stiffness * (law.motion(t).angle + satellite - antenna)
+        return [*speeds, -torque / H, torque / TURN.inertia]
+
+    two = solve_ivp(rates, (0, duration), np.zeros(4), rtol=1e-11, atol=1e-13, method="DOP853")
+    satellite, antenna, satellite_rate, antenna_rate = two.y[:, -1]
+    assert moved.antenna_angle[-1] == pytest.approx(antenna - satellite, abs=1e-8)
+    # what the relative motion says of the satellite, in angle and momentum
+    J = TURN.on_free_satellite(H).inertia
+    assert satellite == pytest.approx(-J / H * moved.antenna_angle[-1], abs=1e-9)
+    assert J * moved.antenna_rate[-1] == pytest.approx(TURN.inertia * antenna_rate, abs=1e-6)
+    assert H * satellite_rate == pytest.approx(-TURN.inertia * antenna_rate, abs=1e-9)
 
 
 def test_where_the_closed_form_does_not_hold_there_is_none() -> None:

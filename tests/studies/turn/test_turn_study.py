@@ -59,6 +59,36 @@ def test_without_a_closed_form_a_linear_program_finds_the_same() -> None:
     assert found.verdict.kind == "local"
 
 
+@pytest.mark.slow
+def test_the_caps_of_the_wheels_are_shared_as_a_linear_program_shares_them() -> None:
+    study = TurnStudy(minimise="utilisation", duration=2.6, wheel_torque=4.0, wheel_momentum=3.5)
+    found = run(study, silent())
+    by_program = least_peak_by_program(study.parameters, study.angle, 2.6, 2.0, 1200, 4.0 / 3.5)
+    assert found.value("utilisation") == pytest.approx(by_program / 4.0, rel=1e-3)
+    assert found.value("peak_momentum") / 3.5 == pytest.approx(by_program / 4.0, rel=1e-3)
+    # of a momentum that is no more than the torque there is a closed form
+    loose = run(dataclasses.replace(study, wheel_momentum=30.0), silent())
+    known = least_torque_turn(study.parameters, study.angle, 2.6, 2.0)
+    assert loose.value("utilisation") == pytest.approx(known.peak_torque / 4.0, rel=1e-6)
+    assert loose.verdict.kind == "global"
+
+
+@pytest.mark.slow
+def test_a_cap_on_the_momentum_limits_a_turn() -> None:
+    found = run(TurnStudy(minimise="time", wheel_momentum=3.0), silent())
+    assert found.passed
+    assert found.value("peak_momentum") == pytest.approx(3.0, rel=1e-5)
+    assert found.value("duration") > found.bounds["duration"]
+
+
+def test_a_free_satellite_turns_the_other_way() -> None:
+    found = run(TurnStudy(satellite_inertia=2000.0), silent())
+    turned = float(re.search(r"turns by (\S+) deg", " ".join(found.remarks))[1])
+    assert turned == pytest.approx(-90 * 4.189 / 2004.189, rel=1e-3)
+    with pytest.raises(StudyError, match="is free to turn and its wheels take nothing"):
+        TurnStudy(satellite_inertia=2000.0, wheel_torque=3.0)
+
+
 def test_what_the_laws_leave_breaks_the_cap(result: Result) -> None:
     rows = {row.key: row for row in result.table}
     left = rows["energy_left"]
@@ -90,6 +120,8 @@ def test_the_stored_drive_gives_the_stored_motion(result: Result) -> None:
     ("stated", "words"),
     [
         ({"torque": 1.0}, r"torque is 1 N m, .* at least (\S+) N m"),
+        ({"wheel_torque": 1.0}, r"wheel_torque is 1 N m, .* at least (\S+) N m"),
+        ({"wheel_momentum": 1.0}, r"wheel_momentum is 1 N m s, .* at least (\S+) N m s"),
         ({"drive_acceleration": 0.2}, r"drive_acceleration is 0.2 .* more than (\S+), or"),
         ({"minimise": "time", "duration": 2.0}, r"duration is 2 s, .* more than (\S+) s"),
     ],
@@ -98,7 +130,7 @@ def test_what_cannot_be_is_refused_with_the_number_to_ask_for(stated, words: str
     with pytest.raises(StudyError, match=words) as refused:
         check(TurnStudy(**stated))
     assert refused.value.exit_code is ExitCode.INFEASIBLE
-    key = next(name for name in ("duration", "torque", "drive_acceleration") if name in stated)
+    *_, key = stated
     enough = 1.001 * float(re.search(words, str(refused.value))[1])
     check(TurnStudy(**{**stated, key: enough}))
 
