@@ -12,13 +12,22 @@ from matplotlib.figure import Figure
 from studies.common.drawing import COLOURS, label_axes, look
 from studies.common.result import Result
 
+ABOUT = {
+    "big arm": "axis of the root",
+    "turn": "axis of the big arm",
+    "small arm": "axis of the elbow",
+    "ring": "axis of the elbow",
+}
 SHADE = 0.12  # of the span in which a stage moves
+LEAST_SHOWN = 1e-2  # [%] of a cap, from which its part is a bar
+ROOM = 20.0  # times the longest bar, for the words beside it
 
 
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     """Every figure of a result with the name of its file."""
     yield "timeline", timeline_figure(result)
     yield "satellite", satellite_figure(result)
+    yield "caps", caps_figure(result)
 
 
 def satellite_figure(result: Result) -> Figure:
@@ -52,28 +61,74 @@ def satellite_figure(result: Result) -> Figure:
         label_axes(panels[-1], "time [s]", "turn of the satellite [deg]")
         _legend_above(panels[-1])
 
-    figure.suptitle(", then ".join(stage["stage"] for stage in stages), fontsize=10)
+    _names(panels[0], stages)
     return figure
 
 
 def timeline_figure(result: Result) -> Figure:
     """Angles and parts of the caps along the mission; below, the arm while the ring opens."""
     figure = Figure(figsize=(12.0, 8.6), dpi=150, layout="constrained")
-    grid = figure.add_gridspec(3, 2, height_ratios=(1, 1, 1.1), width_ratios=(1.5, 1))
+    shaken = "reaction" in result.arrays  # else it was stopped before the ring moved
+    panels = figure.subplots(3 if shaken else 2, 1)
+    panels[1].sharex(panels[0])
     stages = result.details["stages"]
-    angles = figure.add_subplot(grid[0, :])
-    drives = figure.add_subplot(grid[1, :], sharex=angles)
-    _draw_angles(angles, result, stages)
-    _draw_drives(drives, result, stages)
-    if "reaction" in result.arrays:  # else it was stopped before the ring moved
-        _draw_vibration(figure.add_subplot(grid[2, 0]), result)
-    _draw_uses(figure.add_subplot(grid[2, 1]), stages)
+    _draw_angles(panels[0], result, stages)
+    _draw_drives(panels[1], result, stages)
+    if shaken:
+        _draw_vibration(panels[2], result)
+    return figure
+
+
+def caps_figure(result: Result) -> Figure:
+    """What each stage uses, and what it leaves at its end, beside the caps."""
+    stages = result.details["stages"]
+    uses = [(stage["stage"], use) for stage in stages for use in stage["uses"]]
+    figure = Figure(figsize=(10.0, 1.2 + 0.36 * len(uses)), dpi=150, layout="constrained")
+    figure.suptitle("What each stage uses and leaves, beside its caps", fontsize=12)
+    panel = figure.subplots()
+
+    colours = {stage["stage"]: colour for stage, colour in zip(stages, COLOURS, strict=False)}
+    shares = [max(100 * use["share"], LEAST_SHOWN) for _, use in uses]
+    panel.barh(range(len(uses)), shares, color=[colours[name] for name, _ in uses], height=0.6)
+    for place, (share, (_, use)) in enumerate(zip(shares, uses, strict=True)):
+        panel.annotate(
+            f"{use['value']:.3g} of {use['cap']:.3g} {use['unit']}",
+            (share, place),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=9,
+            bbox={"fc": "w", "ec": "none", "pad": 0.5},  # the line may be behind it
+        )
+    panel.axvline(100.0, color="0.4", lw=0.8, ls=":", zorder=0)
+    panel.set_xscale("log")
+    panel.set_xlim(LEAST_SHOWN, ROOM * max(100.0, *shares))
+    label_axes(panel, "part of the cap [%], dotted: all of it", "")
+    panel.set_yticks(range(len(uses)), [f"{name}: {use['title']}" for name, use in uses])
+    panel.invert_yaxis()
     return figure
 
 
 def _spans(panel: Axes, stages: Sequence[Mapping[str, Any]]) -> None:
     for stage, colour in zip(stages, COLOURS, strict=False):
         panel.axvspan(stage["start"], stage["start"] + stage["duration"], color=colour, alpha=SHADE)
+
+
+def _names(panel: Axes, stages: Sequence[Mapping[str, Any]]) -> None:
+    """The stages above their spans, and the axis each of them turns about."""
+    for stage, colour in zip(stages, COLOURS, strict=False):
+        middle = stage["start"] + stage["duration"] / 2
+        panel.annotate(
+            f"{stage['stage']}\n{ABOUT[stage['stage']]}",
+            (middle, 1.0),
+            xytext=(0, 3),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            fontsize=9,
+            color=colour,
+        )
 
 
 def _legend_above(panel: Axes) -> None:
@@ -132,24 +187,3 @@ def _draw_vibration(panel: Axes, result: Result) -> None:
     panel.legend(frameon=False, loc="upper right", ncols=2)
     low, high = panel.get_ylim()
     panel.set_ylim(low, high + 0.35 * (high - low))  # room for the legend
-
-
-def _draw_uses(panel: Axes, stages: Sequence[Mapping[str, Any]]) -> None:
-    uses = [(stage["stage"], use) for stage in stages for use in stage["uses"]]
-    colours = {stage["stage"]: colour for stage, colour in zip(stages, COLOURS, strict=False)}
-    shares = [100 * use["share"] for _, use in uses]
-    panel.barh(range(len(uses)), shares, color=[colours[name] for name, _ in uses], height=0.6)
-    for place, share in enumerate(shares):
-        panel.annotate(
-            f"{share:.3g}",
-            (share, place),
-            xytext=(3, 0),
-            textcoords="offset points",
-            va="center",
-            bbox={"fc": "w", "ec": "none", "pad": 0.5},  # the line may be behind it
-        )
-    panel.axvline(100.0, color="0.4", lw=0.8, ls=":")
-    label_axes(panel, "part of the cap that is used [%], dotted: all of it", "")
-    panel.set_yticks(range(len(uses)), [f"{name}:\n{use['title']}" for name, use in uses])
-    panel.margins(x=0.15)
-    panel.invert_yaxis()

@@ -43,6 +43,8 @@ BARS = (1, 4, 8, 12)  # the vertical bars of Fig. 13
 SNAPSHOTS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the duration, in Fig. 14
 OVERVIEW_SNAPSHOTS = (0.0, 0.4, 0.6, 1.0)
 
+ANGLES = 91  # at which the frequencies of the arm are worked out
+ABOVE: Mapping[str, Any] = {"xytext": (0, 3), "textcoords": "offset points", "fontsize": 8}
 AFTER = 2.0  # periods of the slowest mode for which the arm is drawn after the ring has opened
 OPENING = (0.01, 0.99)  # shares of the stroke between which the antenna counts as opening
 SHORT = 0.5  # of the duration: a shorter opening is shown alone
@@ -315,9 +317,13 @@ def drive_figure(deployments: Sequence[Deployment]) -> Figure:
 def arm_figure(deployments: Sequence[Deployment], caps: Caps | None = None) -> Figure:
     """Tip of the arm that carries the ring, also after the ring has opened; what it adds.
 
-    Beside it moment and momentum at the root, with the caps of the wheels.
+    Beside it the frequencies of the arm; below, moment and momentum at the root with the caps of
+    the wheels, and how far a satellite that is free turns.
     """
-    figure, (across, added, moment, handed) = _row(4, "The arm that carries the ring")
+    figure = Figure(figsize=(13.0, 7.0), dpi=150, layout="constrained")
+    figure.suptitle("The arm that carries the ring", fontsize=12)
+    panels = list(figure.subplots(2, 3).flat)
+    across, added, frequency, moment, handed, turned = panels
     for deployment, colour, style in styled(deployments):
         model, law = deployment.carrier, deployment.law
         assert model is not None  # such figures are drawn of rings on an arm
@@ -332,12 +338,28 @@ def arm_figure(deployments: Sequence[Deployment], caps: Caps | None = None) -> F
         assert deployment.arm is not None
         moment.plot(t, deployment.arm.root_moment(t), style, color=colour)
         handed.plot(t, deployment.arm.angular_momentum(t), style, color=colour)
-    across.axvline(deployments[0].law.duration, color="0.5", lw=0.8)
+        turned.plot(t, np.degrees(deployment.arm.satellite_turn(t)), style, color=colour)
+
+    first = deployments[0]
+    assert first.carrier is not None
+    angles = np.linspace(first.law.start_angle, first.law.end_angle, ANGLES)
+    modes = np.array([first.carrier.frequencies(angle) for angle in angles]).T
+    for number, mode in enumerate(modes, start=1):
+        frequency.plot(np.degrees(angles), mode, color="black", lw=1.0)
+        at = (float(np.degrees(angles[0])), float(mode[0]))
+        frequency.annotate(f"mode {number}", at, **ABOVE)
+    frequency.set_yscale("log")
+    frequency.set_ylim(top=2.5 * modes.max())  # room for the words
+    label_axes(frequency, "angle α [deg]", "frequency of the arm, ring held [Hz]")
+    across.axvline(first.law.duration, color="0.5", lw=0.8)
     across.set_title("grey line: the ring is open", fontsize=10)
     label_axes(across, "time [s]", "tip across the arm [mm]")
     label_axes(added, "time [s]", "added to the rope force [N]")
     label_axes(moment, "time [s]", "moment about the root [N m]")
     label_axes(handed, "time [s]", "momentum at the root [N m s]")
+    label_axes(turned, "time [s]", "turn of the satellite [deg]")
+    if first.carrier.satellite_inertia is None:
+        turned.remove()  # it is held
     _draw_caps((moment, handed), ("peak-root-moment", "peak-root-momentum"), caps)
     legend_below(figure, across)
     return figure

@@ -12,7 +12,7 @@ from models.errors import ModelError
 from models.truss import TrussParameters
 from models.turn import TurnParameters, stowed_ring_inertia, torsion_stiffness
 from models.turn.parameters import POISSON
-from studies.arm.config import check_wheels
+from studies.arm.config import ArmStudy, check_wheels
 from studies.common.arm_description import ArmDescription
 from studies.common.configuration import (
     check,
@@ -20,11 +20,12 @@ from studies.common.configuration import (
     finite,
     from_mapping,
     key,
-    optional_key,
+    key_of,
     positive,
     section,
 )
 from studies.common.exit_codes import StudyError
+from studies.truss.carrier import CarryingArm
 from studies.truss.config import ring_in_space
 
 OBJECTIVES = ("peak-torque", "time", "utilisation")
@@ -84,17 +85,9 @@ class TurnStudy:
     poisson: float = key(
         finite, "", "Poisson's ratio of the big arm's tube, an assumption", default=POISSON
     )
-    satellite_inertia: float | None = optional_key(
-        positive,
-        "kg m^2",
-        "inertia about the axis of a satellite that is free to turn; it is held unless stated",
-    )
-    wheel_torque: float | None = optional_key(
-        positive, "N m", "cap on the moment about the axis that a held satellite takes"
-    )
-    wheel_momentum: float | None = optional_key(
-        positive, "N m s", "cap on the angular momentum that its wheels take"
-    )
+    satellite_inertia: float | None = key_of(CarryingArm, "satellite_inertia")
+    wheel_torque: float | None = key_of(ArmStudy, "wheel_torque")
+    wheel_momentum: float | None = key_of(ArmStudy, "wheel_momentum")
     truss: TrussParameters = key(
         ring_in_space,
         "",

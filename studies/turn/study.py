@@ -194,7 +194,7 @@ def _table(study: TurnStudy, moved: Mapping[str, TurnResponse]) -> tuple[TableRo
         return {law: float(np.abs(getattr(one, name)).max()) for law, one in moved.items()}
 
     handed = {law: J * value for law, value in peaks("antenna_rate").items()}
-    shared = ()
+    shared: tuple[TableRow, ...] = ()
     if study.minimise == "utilisation":
         parts = {law: value / study.most_torque for law, value in peaks("torque").items()}
         if h is not None:

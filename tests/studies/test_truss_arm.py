@@ -152,9 +152,13 @@ def test_what_the_arm_does_is_said_in_words() -> None:
     assert (line.value, line.source) == (40.0, "chosen in this study")
 
 
-def test_the_figure_shows_tip_and_force_of_all_laws() -> None:
+def test_the_figure_shows_tip_force_and_frequencies() -> None:
     figure = arm_figure(paper_laws_of(stated(), T), {"peak-root-momentum": 44.0})
-    across, added, moment, handed = figure.axes
+    across, added, frequency, moment, handed = figure.axes
+    slowest = frequency.get_lines()[0].get_ydata()
+    assert (slowest[0], slowest[-1]) == pytest.approx((0.444, 0.319), abs=5e-4)
+    free = arm_figure(paper_laws_of(stated(arm={"satellite_inertia": 2000.0}), T)).axes[-1]
+    assert free.get_ylabel() == "turn of the satellite [deg]"
     assert handed.get_ylabel() == "momentum at the root [N m s]"
     assert max(np.abs(moment.get_lines()[0].get_ydata())) == pytest.approx(52.137, rel=1e-4)
     assert [len(panel.get_lines()) for panel in (across, added)] == [3, 2]

@@ -140,16 +140,18 @@ def test_a_free_satellite_and_the_antenna_as_two_bodies() -> None:
 
     def rates(t, y):  # angles of satellite and antenna in fixed axes; the drive's is seen from it
         satellite, antenna, *speeds = y
-        torque = TURN.stiffness * (law.motion(t).angle + satellite - antenna)
+        drive = satellite + float(law.motion(t).angle[0])
+        torque = TURN.stiffness * (drive - antenna)
         return [*speeds, -torque / H, torque / TURN.inertia]
 
     two = solve_ivp(rates, (0, duration), np.zeros(4), rtol=1e-11, atol=1e-13, method="DOP853")
     satellite, antenna, satellite_rate, antenna_rate = two.y[:, -1]
-    assert moved.antenna_angle[-1] == pytest.approx(antenna - satellite, abs=1e-8)
+    # the law's acceleration as lines between 8001 samples leaves 2e-7 rad of it
+    assert moved.antenna_angle[-1] == pytest.approx(antenna - satellite, abs=1e-6)
     # what the relative motion says of the satellite, in angle and momentum
     J = TURN.on_free_satellite(H).inertia
-    assert satellite == pytest.approx(-J / H * moved.antenna_angle[-1], abs=1e-9)
-    assert J * moved.antenna_rate[-1] == pytest.approx(TURN.inertia * antenna_rate, abs=1e-6)
+    assert satellite == pytest.approx(-J / H * moved.antenna_angle[-1], abs=1e-8)
+    assert J * moved.antenna_rate[-1] == pytest.approx(TURN.inertia * antenna_rate, abs=1e-5)
     assert H * satellite_rate == pytest.approx(-TURN.inertia * antenna_rate, abs=1e-9)
 
 

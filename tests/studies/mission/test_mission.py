@@ -230,6 +230,10 @@ def test_turns_about_different_axes_are_not_added(
         assert np.abs(values).max() == pytest.approx(peak, rel=1e-9)
         assert np.abs(values[-1]) < 1e-12
     (figure,) = [one for name, one in figures.draw(result) if name == "satellite"]
+    (panel,) = next(one for name, one in figures.draw(result) if name == "caps").axes
+    # what is used, in its unit, beside each cap
+    assert [words.get_text() for words in panel.texts][-1].endswith(" of 60 N")
+    assert len(panel.get_yticklabels()) == 5
     assert [panel.get_ylabel() for panel in figure.axes] == [
         "moment about the root [N m]",
         "momentum at the root [N m s]",
