@@ -315,12 +315,13 @@ def _checked(
         stated = form.stated(iterate.trajectory)
         return _Checked(SimulatedMotion(()), stated, unverified(iterate.objective))
     begin = clock.perf_counter()
-    replay = ReplayedAnswer.of(form, iterate, meshes.evaluator)
-    allowed, one_run = meshes.settings.accuracy.replay, replay.simulated
+    allowed = meshes.settings.accuracy.replay
+    replay = ReplayedAnswer.of(form, iterate, meshes.evaluator, allowed)
+    one_run = replay.simulated
     if one_run.miss > allowed and one_run.amplification > _UNSTABLE:
         # as far as errors grow from what the intervals are off by to half of what is allowed
         most = 0.5 * allowed * one_run.amplification / one_run.miss
-        replay = ReplayedAnswer.of(form, iterate, meshes.evaluator, most)
+        replay = ReplayedAnswer.of(form, iterate, meshes.evaluator, allowed, most)
     verification = verify(iterate, replay, meshes.settings.accuracy, best.errors.of_motion)
     # of first order, which may be too little by half: it counts twice, up to what was asked for
     promised = refinement.objective_error

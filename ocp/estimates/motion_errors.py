@@ -187,7 +187,7 @@ class MotionErrors:
         """How far the constraints of each phase are exceeded in each interval, relative.
 
         One `Extremes` a path constraint, minus infinity for equations. Values are exact where a
-        constraint is exceeded or about to be, and where it is closest to that.
+        constraint is exceeded or about to be.
         """
         return tuple(
             self._excess_of_phase(*of_phase)

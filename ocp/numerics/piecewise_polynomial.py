@@ -83,7 +83,7 @@ def maxima(
     function: Callable[[Integers, Array], Array],
     values: Array,
     grid: Array,
-    level: float = np.inf,
+    level: float | None = None,
 ) -> Extremes:
     """Largest value in every interval from dense samples, by repeated zooming in.
 
@@ -93,8 +93,8 @@ def maxima(
         Takes intervals and local times, (m,) each, and returns (m,) values.
     values : (N, m)
         The function at the local times `grid` (m,) of all intervals.
-    level : float
-        What lies below it and below the largest value of all needs no zoom.
+    level : float or None
+        Only what may reach it is zoomed in on; None for the largest value of all.
     """
     # what is not a number exceeds every limit
     values = np.where(np.isfinite(values), values, np.inf)
@@ -109,7 +109,7 @@ def maxima(
         row = np.arange(intervals.size)
         left, right = np.maximum(peak - 1, 0), np.minimum(peak + 1, tau.shape[1] - 1)
         lowest = np.minimum(values[row, left], values[row, right])
-        near = _reach(values[row, peak], lowest) >= min(level, best.max())
+        near = _reach(values[row, peak], lowest) >= (best.max() if level is None else level)
         if not near.any():
             break
 

@@ -45,7 +45,8 @@ _MOST_STEPS = 4096
 _STEPS_IF_STIFF = 64
 
 # Estimated error of a step relative to the states' sizes. Thousands of steps, amplified a hundred
-# times, then stay below the default tolerance of 1e-6 for the missed end state.
+# times, then stay below the default tolerance of 1e-6 for the missed end state. Where more is
+# allowed to be missed, a step may err by as much more.
 STEP_TOLERANCE = 1e-11
 
 # Relative distance within which the ends of two phases are the same instant, and that within which
@@ -255,9 +256,10 @@ def _simulated_segment(
         # the sides of a breakpoint have to be told apart
         first, last = within(first, first, last), within(last, first, last)
 
+    step = driven_step(rate, len(start), *inputs.shape[1:])
     steps, error = _SAMPLES, np.inf
     while error > tolerance and steps <= _MOST_STEPS:
-        states, error = _march(rate, inputs, (first, last), start, sizes, steps)
+        states, error = _march(step, inputs, (first, last), start, sizes, steps)
         states = states[:, :: steps // _SAMPLES]
         if error > tolerance and steps == _STEPS_IF_STIFF:
             implicit = backward_differences(
@@ -304,7 +306,7 @@ def _dynamics(
 
 
 def _march(
-    rate: ca.Function,
+    step: ca.Function,
     inputs: Array,
     times: tuple[Array, Array],
     start: Array,
@@ -315,13 +317,14 @@ def _march(
 
     Parameters
     ----------
+    step : casadi.Function
+        See `driven_step`.
     inputs : (m, n_u, count)
         Coefficients of powers of local time of all signals but the states.
     times : two of (m,)
         Where each interval begins and ends [s].
     """
     count, (first, last) = len(inputs), times
-    step = driven_step(rate, len(start), *inputs.shape[1:])
 
     # one row a step: coefficients of the inputs, start and length of its interval, local times
     data = np.column_stack(

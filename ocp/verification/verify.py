@@ -48,7 +48,13 @@ from ocp.problem.parameters import parameters_of
 from ocp.problem.symbols import resolve
 from ocp.reformulate.form import Form
 from ocp.scaling.scales import error_sizes, near_limits
-from ocp.verification.simulation import MOST, SimulatedMotion, replayed, simulate
+from ocp.verification.simulation import (
+    MOST,
+    STEP_TOLERANCE,
+    SimulatedMotion,
+    replayed,
+    simulate,
+)
 
 # The end of a verdict that no second solve stands behind
 NOT_CONFIRMED = "not confirmed (ocp.certify)"
@@ -88,25 +94,43 @@ class ReplayedAnswer:
 
     @classmethod
     def of(
-        cls, form: Form, iterate: Iterate, evaluator: Evaluator, most: float = MOST
+        cls,
+        form: Form,
+        iterate: Iterate,
+        evaluator: Evaluator,
+        allowed: float = Accuracy.replay,
+        most: float = MOST,
     ) -> ReplayedAnswer:
-        """Replay an iterate of a form, whose evaluator is given; `most` as of `simulate`."""
+        """Replay an iterate of a form, whose evaluator is given.
+
+        Parameters
+        ----------
+        allowed : float
+            That the end may be missed by. Where that is more than by default, so may each step.
+        most : float
+            As of `simulate`.
+        """
         motion, sizes = form.stated(iterate.trajectory), dict(iterate.scales.signals)
+        tolerance = STEP_TOLERANCE * max(1.0, allowed / Accuracy.replay)
         if form.is_statement:
             simulated = simulate(
-                form.problem, motion, error_sizes(iterate.parameters, motion, sizes), most=most
+                form.problem,
+                motion,
+                error_sizes(iterate.parameters, motion, sizes),
+                tolerance,
+                most,
             )
             again = with_solved_algebraics(replayed(motion, simulated), evaluator)
             return cls(form, simulated, again, again, evaluator, evaluator)
 
         parameters = parameters_of(form.statement, motion.constants)
         stated = error_sizes(parameters, motion, {**_sizes(motion), **_same(form, sizes)})
-        simulated = simulate(form.statement, motion, stated, most=most)
+        simulated = simulate(form.statement, motion, stated, tolerance, most)
         stated_evaluator = Evaluator(form.statement)
         again = with_solved_algebraics(replayed(motion, simulated), stated_evaluator)
         own = simulated
         if any(state in form.back for phase in form.statement.phases for state in phase.states):
-            own = simulate(form.problem, iterate.trajectory, sizes, most=most)
+            own = simulate(form.problem, iterate.trajectory, sizes, tolerance, most)
         solved = with_solved_algebraics(replayed(iterate.trajectory, own), evaluator)
         return cls(form, simulated, again, solved, stated_evaluator, evaluator)
 
