@@ -358,7 +358,7 @@ def _solution(
         judged = found.passed or refinement.ending in CUT_SHORT
         return verdict_on(meshes, refinement, found, bound) if judged else "unverified"
 
-    fitted = cache(functools.partial(with_free_switches, meshes, iterate))
+    fitted = cache(functools.partial(with_free_switches, meshes, iterate, all_of_them=False))
     adapts = settings.refinement.adapts
     stated, evaluator = form.stated(iterate.trajectory), meshes.evaluator
     objective = iterate.objective

@@ -2,7 +2,8 @@
 
 By the envelope theorem ``dJ/dp`` is the partial derivative of the Lagrangian: through the functions
 for a constant, ``-mu`` for a limit (`ocp.optimality.multipliers` has the sign).  Nothing is solved
-again.  Breakpoints that the optimiser moved are unknowns like others and drop out.
+again, but for a mesh with a switch on a breakpoint that does not move: there the breakpoint is
+freed first.  Breakpoints that move are unknowns like others and drop out.
 
 Where several sets of multipliers fit the optimum, it has a kink, and the slopes on its two sides
 differ:
@@ -42,6 +43,9 @@ from ocp.problem.parameters import Parameters, limit_slopes
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, without_repeated_warnings
 from ocp.problem.symbols import Between
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.switch_multipliers import with_free_switches
+from ocp.settings import Settings
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
 
@@ -138,12 +142,16 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
         When the solution was made without its multipliers.
     """
     iterate = solution.kept_iterate
+    meshes = MeshSolver.of(
+        iterate.problem, Settings(), iterate.parameters, evaluator=solution.form_evaluator
+    )
+    iterate = with_free_switches(meshes, iterate, all_of_them=True)
     multipliers, distances = all_multipliers(iterate), limit_distances(iterate)
     changes = MultiplierChanges.of(iterate, multipliers, distances)
     sense = iterate.problem.sense
 
     sided = {}
-    for slope in _slopes_of_statement(solution, multipliers, distances):
+    for slope in _slopes_of_statement(solution, iterate, multipliers, distances):
         value = slope.direct + float(slope.by_multiplier @ multipliers)
         down, up = changes.range_of(slope.by_multiplier) if changes.many else (0.0, 0.0)
 
@@ -210,16 +218,16 @@ def slopes_by_multipliers(solution: Solution) -> dict[str, float]:
     slopes = {
         slope.name: iterate.problem.sense
         * (slope.direct + float(slope.by_multiplier @ multipliers))
-        for slope in _slopes_of_statement(solution, multipliers, distances)
+        for slope in _slopes_of_statement(solution, iterate, multipliers, distances)
     }
     return slopes | dict.fromkeys(_not_known(solution, slopes), math.nan)
 
 
 def _slopes_of_statement(
-    solution: Solution, multipliers: Array, distances: LimitDistances
+    solution: Solution, iterate: Iterate, multipliers: Array, distances: LimitDistances
 ) -> list[Slope]:
     """Derivatives of the Lagrangian by the named numbers that the statement has."""
-    slopes = lagrangian_slopes(solution.kept_iterate, multipliers, distances)
+    slopes = lagrangian_slopes(iterate, multipliers, distances)
     if solution.form.is_statement:
         return slopes
     added = set(_names(solution.form.problem)) - set(_names(solution.problem))

@@ -28,12 +28,18 @@ _NOISE = 1e-6
 _SAME = 1e-8
 
 
-def with_free_switches(meshes: MeshSolver, iterate: Iterate) -> Iterate:
+def with_free_switches(meshes: MeshSolver, iterate: Iterate, *, all_of_them: bool) -> Iterate:
     """The same motion with multipliers by which no switch should move; as it is if there is none.
 
     Costates, Hamiltonian and slopes are those of the problem for the multipliers found here.
+
+    Parameters
+    ----------
+    all_of_them : bool
+        Whether switches are free, too, that should stay by the multipliers that were found. Then no
+        others fit the mesh, between which slopes would not be known.
     """
-    mesh = _freed(meshes, iterate)
+    mesh = _freed(meshes, iterate, all_of_them=all_of_them)
     if mesh is None:
         return iterate
     # it is asked for when the solve is over, and so is that one's budget
@@ -47,16 +53,18 @@ def with_free_switches(meshes: MeshSolver, iterate: Iterate) -> Iterate:
     return iterate if moved else free
 
 
-def _freed(meshes: MeshSolver, iterate: Iterate) -> Mesh | None:
-    """A mesh whose breakpoints may move where a switch should, by the multipliers; None if none."""
+def _freed(meshes: MeshSolver, iterate: Iterate, *, all_of_them: bool) -> Mesh | None:
+    """A mesh whose breakpoints may move at switches, see `with_free_switches`; None if at none."""
     free = with_movable_switches(iterate)
     if free is None:
         return None
     phases = []
     for index, (new, old) in enumerate(zip(free.phases, iterate.mesh.phases, strict=True)):
-        jumps = relative_jumps(iterate, meshes.evaluator, index) > _NOISE
-        wrong = np.flatnonzero(_switches(iterate, index) & jumps) + 1
-        movable = {*old.movable} | ({*new.movable} & {*wrong.tolist()})
+        switches = _switches(iterate, index)
+        if not all_of_them:
+            switches &= relative_jumps(iterate, meshes.evaluator, index) > _NOISE
+        at = np.flatnonzero(switches) + 1
+        movable = {*old.movable} | ({*new.movable} & {*at.tolist()})
         phases.append(replace(new, movable=tuple(sorted(movable))))
     mesh = replace(free, phases=tuple(phases))
     held = [

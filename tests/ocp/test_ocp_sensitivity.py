@@ -378,6 +378,23 @@ def test_a_switch_on_a_breakpoint_is_no_kink(brake: float, intervals: int) -> No
     assert slopes["move: x final"] == pytest.approx(duration / 2, rel=1e-6)
 
 
+@pytest.mark.parametrize("intervals", [8, 10, 40])
+def test_a_switch_on_the_middle_breakpoint_has_the_slope_of_repeated_solves(intervals: int) -> None:
+    # the solver may end there with the multipliers of the problem, and others fit as well
+    def fastest(most: float, far: float = 1.0) -> Problem:
+        *_, phase = rest_to_rest(far, Between(0.1, 10.0), lower=-1, upper=most)
+        return Problem("rest to rest", [phase], minimise=phase.duration)
+
+    def change(name: str) -> float:
+        more, less = (solve(fastest(**({"most": 1.0} | {name: at}))) for at in (1.01, 0.99))
+        return (more.objective - less.objective) / 0.02
+
+    # central differences of T = (2 L (a + b) / (a b))^(1/2), whose third derivatives are below 2
+    slopes = solved_on(intervals, fastest(1.0)).sensitivities()
+    assert slopes["u upper"] == pytest.approx(change("most"), abs=1e-4)
+    assert slopes["move: x final"] == pytest.approx(change("far"), abs=1e-4)
+
+
 def test_two_switches_on_breakpoints_are_no_kinks() -> None:
     # the jerk switches at T/4 and 3T/4; T = (32 L / j)^(1/3)
     most = Constant("most", "m/s^3", 4.0)

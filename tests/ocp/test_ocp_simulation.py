@@ -14,6 +14,7 @@ from scipy.optimize import minimize_scalar
 
 from ocp import (
     TIME,
+    Accuracy,
     Constant,
     Control,
     FixedMesh,
@@ -177,9 +178,12 @@ def swing():
     return Problem("swing", [phase], minimise=cost + drag), (angle, rate, push, lean, kick), drag
 
 
-def test_replay_agrees_with_another_integrator():
+@pytest.mark.parametrize(("accuracy", "apart"), [(1e-6, 1e-9), (1e-3, 1e-6)])
+def test_replay_agrees_with_another_integrator(accuracy, apart):
     problem, (angle, rate, push, lean, kick), drag = swing()
-    found = solve(problem, settings=Settings(intervals=8, refinement=FixedMesh()))
+    asked = Accuracy(replay=accuracy)
+    settings = Settings(intervals=8, refinement=FixedMesh(), accuracy=asked)
+    found = solve(problem, settings=settings)
 
     def rates(t, y, k):
         tau = (t - points[k]) / (points[k + 1] - points[k])
@@ -195,10 +199,10 @@ def test_replay_agrees_with_another_integrator():
         y = solve_ivp(
             rates, points[k : k + 2], y, args=(k,), method="DOP853", rtol=1e-12, atol=1e-13
         ).y[:, -1]
-    # tolerances of both integrators: 1e-11 a step and 1e-12
-    np.testing.assert_allclose(found.replay.phases[0].states[-1, -1], y, atol=1e-9)
+    # tolerances of both integrators: 1e-5 of what may be missed a step, and 1e-12
+    np.testing.assert_allclose(found.replay.phases[0].states[-1, -1], y, atol=apart)
     for signal, end in zip((angle, rate), y, strict=True):
-        assert found.sample(signal, 4.0, replayed=True) == pytest.approx(end, abs=1e-9)
+        assert found.sample(signal, 4.0, replayed=True) == pytest.approx(end, abs=apart)
         assert found.sample(signal, 4.0) != pytest.approx(end, abs=1e-12)  # coarse mesh: no copy
     assert {s.name for s in (push, lean, kick)} <= set(names)
 
