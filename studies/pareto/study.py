@@ -116,8 +116,8 @@ def _result(
         name: dataclasses.replace(point.motion.deployment, name=name, only=None)
         for name, point in named_points(front, subject.axes, tuple(open_ends)).items()
     }
-    laws = laws_in(subject.truss, front.middle.motion.deployment.law.duration)
-    traded = subject.limited, subject.least
+    laws = laws_in(subject.traded.truss, front.middle.motion.deployment.law.duration)
+    traded = subject.traded.limited, subject.traded.least
     table, least = compared(study.truss, traded, [*shown.values(), *laws], limits)
     ends = zip(traded, tuple(shown.values())[1:], strict=True)
 
@@ -127,7 +127,7 @@ def _result(
         kind="pareto-truss",
         question=study.question,
         configuration=as_dictionary(study),
-        bounds=np.array([subject.bound(p.x) or np.nan for p in front.points]),
+        bounds=np.array([subject.traded.bound(p.x) or np.nan for p in front.points]),
         laws=_places(subject, front, laws, whole),
         motions=motion_series(front.points),
         table=table,
@@ -146,7 +146,7 @@ def _result(
                     law.name,
                     _place(subject, law),
                     subject.axes,
-                    broken_titles(subject.truss, law, subject.limited),
+                    broken_titles(subject.traded.truss, law, subject.traded.limited),
                 )
                 for law in laws
             ),
@@ -160,7 +160,7 @@ def _result(
 
 
 def _place(subject: TrussFront, law: Deployment) -> tuple[float, float]:
-    return law.values[subject.limited], law.values[subject.least]
+    return law.values[subject.traded.limited], law.values[subject.traded.least]
 
 
 def _places(
@@ -168,10 +168,10 @@ def _places(
 ) -> dict[str, list[tuple[float, float]]]:
     """Where the paper's laws are: curves if the duration is traded and the whole is asked for."""
     durations = [laws[0].law.duration]
-    if subject.limited == "time" and whole:
+    if subject.traded.limited == "time" and whole:
         durations = np.linspace(front.points[0].x, front.points[-1].x, DRAWN).tolist()
-    at = [laws_in(subject.truss, duration) for duration in durations]
-    only = frozenset({subject.limited, subject.least})
+    at = [laws_in(subject.traded.truss, duration) for duration in durations]
+    only = frozenset({subject.traded.limited, subject.traded.least})
     return {
         law.name: [_place(subject, dataclasses.replace(pair[k], only=only)) for pair in at]
         for k, law in enumerate(laws)

@@ -149,5 +149,7 @@ def test_ends_are_not_solved_to_their_last_digits(monkeypatch):
 
     monkeypatch.setattr("studies.truss.search.from_starts.audit", noted)
     with pytest.raises(KeyboardInterrupt):
-        best_law(TrussFront(study_from(stated()), silent()).minimising("peak-force"), silent())
+        best_law(
+            TrussFront(study_from(stated()), silent()).traded.minimising("peak-force"), silent()
+        )
     assert asked == [1e-4]
