@@ -182,26 +182,46 @@ def audit(
         problem, settings, value, limit.number, (OcpError, *failures), until, dict(known or {})
     )
 
-    trials, interrupted = list[Trial](), False
     with shown(progress) as say, closing(search.trials(named, workers, say)) as running:
-        try:
-            for trial, stopped in running:
-                trials.append(trial)
-                if say and workers > 1:
-                    say(f"{trial.name} done, {len(trials)} of {len(named)} starts")
-                if finished:
-                    finished(trial)
-
-                interrupted = interrupted or stopped
-                if interrupted:
-                    continue  # what was reached until then still comes
-                if trial.error is None and limit.is_met(trial):
-                    break
-                if enough and enough(trials):
-                    break
-        except (KeyboardInterrupt, Interrupted):
-            interrupted = True
+        aloud = say if workers > 1 else None
+        trials, interrupted = _until_enough(running, len(named), limit, enough, finished, aloud)
     return _audit(problem, settings, trials, same, limit, interrupted)
+
+
+def _until_enough(
+    running: Iterator[tuple[Trial, bool]],
+    count: int,
+    limit: _Bound,
+    enough: Callable[[Sequence[Trial]], bool] | None,
+    finished: Callable[[Trial], None] | None,
+    say: Progress | None,
+) -> tuple[list[Trial], bool]:
+    """The trials up to the one that ends the audit, and whether the user stopped it.
+
+    Parameters
+    ----------
+    running : trials as they are done, each with whether the user has asked to stop.
+    count : of all starts.
+    """
+    trials, interrupted = list[Trial](), False
+    try:
+        for trial, stopped in running:
+            trials.append(trial)
+            if say:
+                say(f"{trial.name} done, {len(trials)} of {count} starts")
+            if finished:
+                finished(trial)
+
+            interrupted = interrupted or stopped
+            if interrupted:
+                continue  # what was reached until then still comes
+            if trial.error is None and limit.is_met(trial):
+                break
+            if enough and enough(trials):
+                break
+    except (KeyboardInterrupt, Interrupted):
+        interrupted = True
+    return trials, interrupted
 
 
 def _positive(name: str, value: float) -> float:
