@@ -11,7 +11,6 @@ from studies.truss.checks import broken_caps, table_rows
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import paper_laws_of
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 DRAWN = 21  # durations at which a law is drawn, if the duration is traded; each takes a while
@@ -20,11 +19,6 @@ DRAWN = 21  # durations at which a law is drawn, if the duration is traded; each
 def axis_of(name: str) -> FrontAxis:
     """An objective as an axis."""
     return FrontAxis(name, QUANTITIES[name].title, QUANTITIES[name].unit)
-
-
-def laws_in(truss: TrussStudy, duration: float) -> tuple[Deployment, ...]:
-    """The paper's laws in a duration [s]."""
-    return paper_laws_of(truss, duration)
 
 
 def compared(

@@ -20,10 +20,11 @@ from studies.fronts.found import front_found
 from studies.fronts.result import front_result, named_points
 from studies.fronts.words import dominated_law, open_end_in_words
 from studies.pareto.config import POINTS, ParetoStudy, as_dictionary
-from studies.pareto.laws import DRAWN, broken_titles, compared, laws_in
+from studies.pareto.laws import DRAWN, broken_titles, compared
 from studies.pareto.motions import motion_series
 from studies.pareto.truss import TrussFront
 from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import paper_laws_of
 
 
 def check(study: ParetoStudy, console: Console) -> TrussFront:
@@ -116,7 +117,7 @@ def _result(
         name: dataclasses.replace(point.motion.deployment, name=name, only=None)
         for name, point in named_points(front, subject.axes, tuple(open_ends)).items()
     }
-    laws = laws_in(subject.traded.truss, front.middle.motion.deployment.law.duration)
+    laws = paper_laws_of(subject.traded.truss, front.middle.motion.deployment.law.duration)
     traded = subject.traded.limited, subject.traded.least
     table, least = compared(study.truss, traded, [*shown.values(), *laws], limits)
     ends = zip(traded, tuple(shown.values())[1:], strict=True)
@@ -170,7 +171,7 @@ def _places(
     durations = [laws[0].law.duration]
     if subject.traded.limited == "time" and whole:
         durations = np.linspace(front.points[0].x, front.points[-1].x, DRAWN).tolist()
-    at = [laws_in(subject.traded.truss, duration) for duration in durations]
+    at = [paper_laws_of(subject.traded.truss, duration) for duration in durations]
     only = frozenset({subject.traded.limited, subject.traded.least})
     return {
         law.name: [_place(subject, dataclasses.replace(pair[k], only=only)) for pair in at]

@@ -16,6 +16,7 @@ from studies.common.configuration import (
     finite,
     from_mapping,
     key,
+    key_of,
     nearest,
     not_negative,
     optional,
@@ -104,6 +105,20 @@ def test_sections_are_read_and_their_keys_named_in_full() -> None:
         from_mapping(Outer, {"inner": {"cap": -1}})
     with pytest.raises(StudyError, match="unknown key nothing; known are name, count, inner"):
         from_mapping(Outer, {"nothing": 1})
+
+
+def test_a_key_that_another_study_has_too_is_said_alike() -> None:
+    @dataclass(frozen=True, kw_only=True)
+    class Other:
+        cap: float | None = key_of(Inner, "cap")
+
+        def __post_init__(self) -> None:
+            check(self, "other.")
+
+    assert key_lines(Other) == key_lines(Inner)
+    assert Other() == Other(cap=None)
+    with pytest.raises(StudyError, match=r"other\.cap is -1; give a finite positive number"):
+        Other(cap=-1)
 
 
 def test_every_key_has_its_line() -> None:
