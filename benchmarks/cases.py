@@ -230,10 +230,11 @@ def _truss(given: Mapping[str, Any] | None) -> Answer:
     from studies.truss.config import study_from
     from studies.truss.search.motion_search import best_motion
     from studies.truss.search.proofs import check_some_optimum
+    from studies.truss.search.question import Question
 
     study = study_from(read_toml(MAIN_STUDY) if given is None else given)
     begin = time.process_time()
-    best = best_motion(study, silent(), planes=check_some_optimum(study, silent()))
+    best = best_motion(Question(study, silent(), check_some_optimum(study, silent())))
     seconds = time.process_time() - begin
 
     study_checks = tuple(

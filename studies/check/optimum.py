@@ -11,6 +11,7 @@ from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import deployment_of
 from studies.truss.search.motion_search import best_motion
 from studies.truss.search.proofs import check_some_optimum
+from studies.truss.search.question import Question
 
 OPTIMUM = "optimal"
 
@@ -28,7 +29,7 @@ def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, 
             return deployment, "optimum: least peak angular acceleration, in closed form, global"
 
     try:
-        best = best_motion(study, console, planes=check_some_optimum(study, console))
+        best = best_motion(Question(study, console, check_some_optimum(study, console)))
     except StudyError as error:
         return None, f"the profile is compared with no optimum: {error}"
     return (

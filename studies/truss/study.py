@@ -35,6 +35,7 @@ from studies.truss.rope import rope_of
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import best_motion
 from studies.truss.search.proofs import PhasePlanes, check_some_optimum
+from studies.truss.search.question import Question
 
 _AT_THE_SHORTEST = 1e-6  # of the range of durations: a least time so close to its end is that end
 KNOTS = {
@@ -79,15 +80,15 @@ def run(
         If no motion meets the caps, none of those that do is best, or none was found.
     """
     with at_work(console) as told:
-        best = best_motion(
+        question = Question(
             study,
             told,
-            planes=check_some_optimum(study, told) if checked is None else checked,
+            checked=check_some_optimum(study, told) if checked is None else checked,
             neighbour=None if neighbour is None else law_of_result(neighbour),
             confirms=True,
             kept=kept,
         )
-        return result_of(study, best)
+        return result_of(study, best_motion(question))
 
 
 def result_of(study: TrussStudy, best: BestMotion) -> Result:

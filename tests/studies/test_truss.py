@@ -35,6 +35,7 @@ from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, columns_at, profile
 from studies.truss.motions.laws import knots, paper_laws, pinned_bezier, stored_law
 from studies.truss.search.motion_search import best_motion
+from studies.truss.search.question import Question
 from studies.truss.study import run
 
 T = 140.0  # s
@@ -93,7 +94,7 @@ def test_the_jerk_limited_optimum_from_any_mesh(jerk: float, intervals: int) -> 
         "solver": {"intervals": intervals, "starts": ["bezier"]},
     }
     study = study_from(raw)
-    outcome = best_motion(study, Console(io.StringIO(), io.StringIO()))
+    outcome = best_motion(Question(study, Console(io.StringIO(), io.StringIO())))
     bound = least_peak_acceleration(D, T, jerk=study.caps.jerk)
     assert outcome.deployment.values["peak-acceleration"] == pytest.approx(bound, rel=1e-5)
     ((_, epigraph, dense),) = outcome.solution.verification.peaks

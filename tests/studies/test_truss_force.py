@@ -16,6 +16,7 @@ from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import pinned_bezier
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import best_motion
+from studies.truss.search.question import Question
 
 D = DEPLOYED - WITH_FRICTION.stowed_angle
 PINNED = pinned_bezier(WITH_FRICTION, 140.0)
@@ -31,7 +32,7 @@ def least_force(duration: float, mu: float, jerk: str | None, start: str = "bezi
         "truss": {"pulley_friction": mu},
         "solver": {"starts": [start]},
     }
-    return best_motion(study_from(raw), Console(io.StringIO(), io.StringIO()))
+    return best_motion(Question(study_from(raw), Console(io.StringIO(), io.StringIO())))
 
 
 def assert_energy_balances(deployment: Deployment) -> None:
@@ -115,7 +116,7 @@ def test_without_a_jerk_cap_the_phase_plane_is_met(duration: float, mu: float) -
 @pytest.mark.slow
 def test_the_tension_of_a_force_driven_motion_is_no_noise() -> None:
     raw = {"minimise": "peak-force", "duration": 3.5, "truss": {"modules": 36}}
-    outcome = best_motion(study_from(raw), Console(io.StringIO(), io.StringIO()))
+    outcome = best_motion(Question(study_from(raw), Console(io.StringIO(), io.StringIO())))
     deployment = outcome.deployment
     assert outcome.verdict.kind == "global"
     # 9e-6 of the force before the law was the integral of its acceleration
@@ -145,7 +146,7 @@ def test_the_second_objective_of_the_documents_example_is_found() -> None:
         "caps": {"jerk": 1.6},
         "solver": {"starts": ["bezier"]},
     }
-    outcome = best_motion(study_from(raw), Console(io.StringIO(), io.StringIO()))
+    outcome = best_motion(Question(study_from(raw), Console(io.StringIO(), io.StringIO())))
     values = outcome.deployment.values
     # least force alone: 20.11697 N with 1.119 rad/s^2; capped at 0.916 rad/s^2 it is above what is
     # conceded, so that the least acceleration is between that and what was found, 0.949 rad/s^2

@@ -21,12 +21,11 @@ from studies.truss.limits.bounds import least_time_of_the_mechanism, lower_bound
 from studies.truss.limits.caps import CAPPED, Caps, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap, unattained
 from studies.truss.motions.laws import paper_laws
-from studies.truss.problem import needs_forces
 from studies.truss.quantities import QUANTITIES
 from studies.truss.search import from_starts, missed_cap, motion_search, relaxation
 from studies.truss.search.missed_cap import CapsMissedError
 from studies.truss.search.motion_search import best_motion
-from studies.truss.search.proofs import PhasePlanes, check_some_optimum
+from studies.truss.search.proofs import check_some_optimum
 from studies.truss.search.question import Question
 from studies.truss.study import run
 
@@ -44,9 +43,7 @@ def nothing() -> None:
 
 
 def first_problem(study: TrussStudy) -> Problem:
-    planes, console = PhasePlanes(study, str), Console()
-    question = Question(planes=planes, console=console, with_forces=needs_forces(study))
-    return question.problem_from_start("bezier")
+    return Question(study, Console()).problem_from_start("bezier")
 
 
 def test_limits_of_the_drive_are_caps_and_the_lower_one_holds() -> None:
@@ -191,7 +188,7 @@ def test_where_nothing_is_found_under_a_torque_speed_curve_the_next_cap_is_relax
     study = stated(drive, "peak-motor-load", reaction=20.0, rope_jerk=3.0)
     told = io.StringIO()
     with pytest.raises(StudyError, match="from 2 of 5 starts, as the seconds ended") as raised:
-        best_motion(study, Console(progress_to=told))
+        best_motion(Question(study, Console(progress_to=told)))
     relaxed = [line for line in told.getvalue().splitlines() if "is the least under" in line]
     assert relaxed[0].endswith("the other caps: peak rope jerk")
     assert raised.value.exit_code is ExitCode.NOT_SOLVED
@@ -211,7 +208,7 @@ def test_a_cap_below_the_least_found_ends_the_search_before_its_other_starts(
     console = Console(progress_to=told)
     planes = check_some_optimum(study, console)
     with pytest.raises(CapsMissedError, match=r"1\.81\d* m/s is the least found for") as raised:
-        best_motion(study, console, planes=planes)
+        best_motion(Question(study, console, planes))
     assert raised.value.exit_code is ExitCode.NOT_SOLVED
     assert "above its cap of 1.75 m/s" in str(raised.value)
     assert "no proof" in str(raised.value)
@@ -227,7 +224,7 @@ def test_a_cap_above_the_least_found_is_searched_to_the_end(
     options = SolverOptions(starts=("bezier",), intervals=12)
     study = TrussStudy(minimise="peak-acceleration", duration=5.0, caps=caps, solver=options)
     told = io.StringIO()
-    values = best_motion(study, Console(progress_to=told)).deployment.values
+    values = best_motion(Question(study, Console(progress_to=told))).deployment.values
     assert "looking for what is the least under the other caps: peak rope speed" in told.getvalue()
     assert values["peak-rope-speed"] == pytest.approx(2.0, rel=1e-5)
 

@@ -8,7 +8,6 @@ from ocp import Accuracy, AdaptiveMesh, Settings, SolveFailed, solve
 from studies.common.console import silent
 from studies.truss.config import study_from
 from studies.truss.search import smoothness
-from studies.truss.search.proofs import PhasePlanes
 from studies.truss.search.question import Question
 from studies.truss.search.smoothness import SHARE, at_a_light_price, price_in_words, share_of
 
@@ -22,8 +21,7 @@ ROUGH = study_from({"minimise": "peak-force", "duration": 4.0, "caps": {"jerk": 
 @pytest.fixture(scope="module")
 def priced():
     """The problem, its statement and a first motion at its first price."""
-    planes = PhasePlanes(ROUGH, silent().progress)
-    question = Question(planes=planes, console=silent(), with_forces=True)
+    question = Question(ROUGH, silent(), rope_pulls=True)
     problem = question.problem_from_start("bezier")
     return problem, question.statements.of[problem], solve(problem, settings=COARSE)
 

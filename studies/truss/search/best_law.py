@@ -9,6 +9,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.truss.config import TrussStudy
 from studies.truss.search.motion_search import best_motion
+from studies.truss.search.question import Question
 
 # The last digits of a flat optimum take ten times the seconds of all before, and further work is
 # solved to its own accuracy.
@@ -53,7 +54,9 @@ def _searched(
     accuracy: Accuracy | None,
 ) -> Law:
     try:
-        best = best_motion(study, console, neighbour=neighbour, accuracy=accuracy, kept=kept)
+        best = best_motion(
+            Question(study, console, neighbour=neighbour, accuracy=accuracy, kept=kept)
+        )
     except StudyError as error:
         if error.exit_code is ExitCode.INTERRUPTED:
             raise KeyboardInterrupt from error

@@ -9,14 +9,12 @@ import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from models.laws import Law
-from ocp import Accuracy, Audit, Interrupted, OcpError, Trial
+from ocp import Audit, Interrupted, OcpError, Trial
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.truss.config import TrussStudy
 from studies.truss.motions.starts import KINDS, from_neighbour, in_order, start_from_law
-from studies.truss.problem import control_of, needs_forces
+from studies.truss.problem import control_of
 from studies.truss.search.best_motion import BestMotion, NoMotionError
 from studies.truss.search.from_starts import Starts, Statements, from_starts
 from studies.truss.search.judged_motion import STOPPED, judged_motion
@@ -29,7 +27,6 @@ from studies.truss.search.missed_cap import (
     together,
 )
 from studies.truss.search.proofs import (
-    PhasePlanes,
     ProvenBounds,
     bounds_in_closed_form,
     check_some_optimum,
@@ -44,48 +41,24 @@ OTHER_START = "without a cap"  # the motion that was found with the least of wha
 Least = Callable[[], BestMotion | None]  # of the hardest cap, under the others; worked out once
 
 
-def best_motion(
-    study: TrussStudy,
-    console: Console,
-    *,
-    planes: PhasePlanes | None = None,
-    neighbour: Law | None = None,
-    enough: float | None = None,
-    accuracy: Accuracy | None = None,
-    confirms: bool = False,
-    kept: FinishedSteps = NOTHING_KEPT,
-) -> BestMotion:
+def best_motion(question: Question) -> BestMotion:
     """Search for the best motion, first without forces where they do not matter.
-
-    Parameters
-    ----------
-    planes : PhasePlanes, optional
-        Of the study, with what was worked out before.
-    neighbour, enough, accuracy, confirms, kept : as of `Question`.
 
     Raises
     ------
     StudyError
         If no motion was found.
     """
-    question = Question(
-        planes=planes or PhasePlanes(study, console.progress),
-        console=console,
-        with_forces=needs_forces(study),
-        neighbour=neighbour,
-        enough=enough,
-        accuracy=accuracy,
-        confirms=confirms,
-        kept=kept,
-    )
+    study = question.study
     least = functools.cache(lambda: _least_of_the_hard_cap(question))
     best = _from_all_starts(question, least)
     if question.with_forces or best.deployment.values["least-tension"] >= study.caps.least_tension:
         return best
     if best.interrupted:  # what was found is no motion that the rope can pull
         raise StudyError(STOPPED, ExitCode.INTERRUPTED)
-    console.progress("the rope would have to push: again with forces in the problem")
-    best = _from_all_starts(replace(question, with_forces=True, statements=Statements()), least)
+    question.console.progress("the rope would have to push: again with forces in the problem")
+    again = replace(question, checked=question.planes, rope_pulls=True, statements=Statements())
+    best = _from_all_starts(again, least)
     pulled = "The rope's pull limits this motion (T1 >= 0 is active)."
     return replace(best, remarks=(pulled, *best.remarks))
 
@@ -310,12 +283,9 @@ def _least_of_the_hard_cap(question: Question) -> BestMotion | None:
     title = hard.quantity.title
     question.console.progress(f"looking for what is the least under the other caps: {title}")
     try:
-        return best_motion(
-            hard.lifted(question.study, question.some_left()),
-            question.console,
-            enough=hard.enough,
-            kept=question.kept.within(f"least {hard.key}"),
-        )
+        lifted = hard.lifted(question.study, question.some_left())
+        kept = question.kept.within(f"least {hard.key}")
+        return best_motion(Question(lifted, question.console, enough=hard.enough, kept=kept))
     except (CapsMissedError, Interrupted):
         raise
     except KeyboardInterrupt as stop:
@@ -332,7 +302,7 @@ def _least_value(console: Console, study: TrussStudy, key: str) -> float | None:
     """About the least value of a quantity that a study minimises; None if none is found."""
     try:
         planes = check_some_optimum(study, console)
-        return best_motion(study, console, planes=planes, enough=0.0).deployment.values[key]
+        return best_motion(Question(study, console, planes, enough=0.0)).deployment.values[key]
     except StudyError as error:
         if error.exit_code is ExitCode.INTERRUPTED:
             raise

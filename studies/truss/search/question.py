@@ -15,7 +15,7 @@ from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import deployment_of, law_of
 from studies.truss.motions.starts import StartingMotion, starting_motion
-from studies.truss.problem import settings_of, state
+from studies.truss.problem import needs_forces, settings_of, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.from_starts import Statements
 from studies.truss.search.proofs import PhasePlanes
@@ -26,18 +26,17 @@ SAME_WITH_ARM = 2e-3  # the same with an arm, whose optima are known to 1e-3
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Question:
     """A study whose best motion is asked for.
 
     Attributes
     ----------
-    planes : PhasePlanes
-        Of the study.
+    study : TrussStudy
     console : Console
         Where lines of progress go.
-    with_forces : bool
-        Whether the rope force is part of the problem.
+    checked : PhasePlanes, optional
+        Of the study, with what was worked out before.
     neighbour : law, optional
         Motion of a like study, from which the first start begins.
     enough : float, optional
@@ -45,6 +44,8 @@ class Question:
         is asked: without bounds, and at the first price of the roughness.
     accuracy : Accuracy, optional
         Of the motions; that of a result by default.
+    rope_pulls : bool
+        Whether the rope force is part of the problem even where objective and caps leave it out.
     confirms : bool
         Whether the motion is solved a second time, in another way, because it will be printed.
     kept : FinishedSteps
@@ -55,21 +56,27 @@ class Question:
         Of all problems that have been stated.
     """
 
-    planes: PhasePlanes
+    study: TrussStudy
     console: Console
-    with_forces: bool
+    checked: PhasePlanes | None = None
     neighbour: Law | None = None
     enough: float | None = None
     accuracy: Accuracy | None = None
+    rope_pulls: bool = False
     confirms: bool = False
     kept: FinishedSteps = NOTHING_KEPT
     begin: float = field(default_factory=clock.monotonic)
     statements: Statements = field(default_factory=Statements)
 
-    @property
-    def study(self) -> TrussStudy:
-        """The study."""
-        return self.planes.study
+    @cached_property
+    def planes(self) -> PhasePlanes:
+        """The phase planes of the study."""
+        return self.checked or PhasePlanes(self.study, self.console.progress)
+
+    @cached_property
+    def with_forces(self) -> bool:
+        """Whether the rope force is part of the problem."""
+        return self.rope_pulls or needs_forces(self.study)
 
     @property
     def same(self) -> float:

@@ -24,6 +24,7 @@ from studies.robust.search import _from_all_starts, bounds, check, search, who_g
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import pinned_bezier
 from studies.truss.search.motion_search import best_motion
+from studies.truss.search.question import Question
 
 SLOW = {
     "duration": 140.0,
@@ -229,7 +230,7 @@ def test_the_elastic_solve_names_the_scenario_whose_ropes_go_slack() -> None:
 def test_the_nominal_scenario_alone_gives_the_optimum_of_the_truss() -> None:
     study = slow()
     found = _from_all_starts(study, ("nominal",), silent())
-    own = best_motion(study.deployment, silent()).deployment.values["peak-force"]
+    own = best_motion(Question(study.deployment, silent())).deployment.values["peak-force"]
     peak = Deployment("", found.law, study.deployment.truss).values["peak-force"]
     # the two prices of smoothness take up to 2e-5 of the peak each
     assert peak == pytest.approx(own, rel=1e-4)
