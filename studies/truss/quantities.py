@@ -10,10 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from studies.truss.carrier import RESIDUAL
+
 if TYPE_CHECKING:  # CasADi loads with them, and not for a table of keys
     from ocp.arrays import Array
     from studies.truss.expressions import Instant
     from studies.truss.limits.bounds import LeastValues
+    from studies.truss.limits.sizes import Sizes
     from studies.truss.motions.deployment import Deployment, Histories
 
 Kind = Literal["peak", "least", "integral", "end", "duration"]
@@ -37,6 +40,7 @@ class Quantity:
     bound : what no motion of at most a duration beats; None for no bound.
     proof : of the bound by which a cap is refused, with {travel} [m] of one rope and the least
         {work} [J] in it; empty where no cap is refused by it.
+    size : that a peak has at least, where it rests; None for that of the bound.
     forces : whether it depends on the dynamics.
     both_signs : whether its greatest modulus counts.
     needs : key of the drive, `[arm]`, `[margin]`, or with it what the motor has, without which
@@ -59,6 +63,7 @@ class Quantity:
     value: Callable[[Deployment], float | None] = lambda motion: None
     bound: Callable[[LeastValues], float | None] = lambda least: None
     proof: str = ""
+    size: Callable[[Sizes], float | None] = lambda sizes: None
     forces: bool = False
     both_signs: bool = False
     needs: Needed = ""
@@ -73,6 +78,13 @@ class Quantity:
     def better(self) -> Literal["less", "more"]:
         """Whether less or more of it is better."""
         return "more" if self.kind == "least" else "less"
+
+    def sized(self, sizes: Sizes) -> float:
+        """Its size in a study, which minimises it."""
+        known = self.size(sizes)
+        found = self.bound(sizes) if known is None else known
+        assert found is not None
+        return found
 
 
 QUANTITIES = {
@@ -156,6 +168,7 @@ QUANTITIES = {
         limit="force",
         sought=2,
         bound=lambda least: least.rope_force,
+        size=lambda sizes: sizes.force_at_rest,
     ),
     "peak-far-end-tension": Quantity(
         title="peak tension at the far end",
@@ -165,6 +178,7 @@ QUANTITIES = {
         forces=True,
         cap="far_end_tension",
         sought=14,
+        size=lambda sizes: sizes.tension_at_rest,
     ),
     # tensions fall along the rope, so that the last segment has the least of all
     "least-tension": Quantity(
@@ -186,6 +200,8 @@ QUANTITIES = {
         both_signs=True,
         cap="bar_force",
         sought=13,
+        # neighbours and net only add to what a rope does to the bars
+        size=lambda sizes: sizes.force_at_rest,
     ),
     "peak-buckling-load": Quantity(
         title="largest part of a buckling load",
@@ -251,6 +267,7 @@ QUANTITIES = {
         cap="motor_force",
         sought=3,
         bound=lambda least: least.motor_force,
+        size=lambda sizes: sizes.force_at_rest,
     ),
     "peak-motor-speed": Quantity(
         title="peak motor speed",
@@ -275,6 +292,7 @@ QUANTITIES = {
         limit="motor_torque",
         sought=4,
         bound=lambda least: least.motor_torque,
+        size=lambda sizes: sizes.torque_at_rest,
     ),
     # its cap is the curve itself, the whole of which is 1
     "peak-motor-load": Quantity(
@@ -284,6 +302,7 @@ QUANTITIES = {
         history=lambda along: along.motor_load,
         forces=True,
         needs="torque_speed",
+        size=lambda sizes: sizes.load_at_rest,
     ),
     "peak-reaction": Quantity(
         title="peak reaction on the arm",
@@ -304,6 +323,8 @@ QUANTITIES = {
         value=lambda motion: None if motion.arm is None else motion.arm.residual_energy,
         needs="arm",
         cap="residual_energy",
+        # as many motions leave nothing
+        size=lambda sizes: RESIDUAL,
     ),
     "peak-root-moment": Quantity(
         title="peak moment about the arm's root",
@@ -315,6 +336,7 @@ QUANTITIES = {
         cap="wheel_torque",
         sought=9,
         back_off=5e-4,
+        size=lambda sizes: sizes.root_moment,
     ),
     "peak-root-momentum": Quantity(
         title="peak angular momentum at the arm's root",
@@ -326,6 +348,7 @@ QUANTITIES = {
         cap="wheel_momentum",
         sought=10,
         back_off=5e-4,
+        size=lambda sizes: sizes.root_momentum,
     ),
 }
 

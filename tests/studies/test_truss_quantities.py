@@ -14,9 +14,10 @@ from studies.margin.schema import MarginRequirements
 from studies.truss.config import TrussStudy
 from studies.truss.expressions import Instant, Signals
 from studies.truss.limits.caps import CAPPED, CURVE, HARD, Caps, cap_on
+from studies.truss.limits.sizes import Sizes
 from studies.truss.motions.deployment import Deployment, Histories
 from studies.truss.motions.laws import pinned_bezier
-from studies.truss.quantities import QUANTITIES
+from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 DRIVE = Drive(
     drum_radius=0.02,
@@ -62,6 +63,11 @@ def test_a_quantity_along_a_motion_is_that_of_the_problem(key: str) -> None:
     if quantity.kind == "least":  # tensions fall along the rope
         expected = values.min(axis=0)
     np.testing.assert_allclose(quantity.history(ALONG), expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("key", [key for key, one in OBJECTIVES.items() if one.needs != "arm"])
+def test_every_objective_has_a_size(key: str) -> None:
+    assert OBJECTIVES[key].sized(Sizes(STUDY, 6.0)) > 0.0
 
 
 def test_each_cap_and_each_limit_of_a_drive_is_a_key() -> None:

@@ -16,17 +16,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from models.ring_on_arm import RingOnArm
-from models.truss import Opening, centre_travel, least_peak_reaction
 from ocp import Interrupted, OcpError, Optimum, Problem, Settings, Solution, solve
 from ocp.progress import Progress
 from studies.common.console import Console
 from studies.common.finished import FinishedSteps, mark
-from studies.drive.motor import motor_torque, shares_of_the_curve
-from studies.truss.carrier import RESIDUAL
 from studies.truss.config import TrussStudy
-from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.feasibility import end_forces
+from studies.truss.limits.sizes import Sizes
 from studies.truss.problem import Statement
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.verdict import BOUND_MET
@@ -82,34 +78,13 @@ def first_price(
         return 0.0
 
     # a share of what the peak is at least, so that it costs no larger share of the peak
-    least = lower_bounds(study, None)
-    ends = end_forces(study)
-    force = least["peak-force"] = max(force for _, force, _ in ends)
-    # neighbours and net only add to what a rope does to the bars
-    least["peak-bar-force"] = force
-    least["residual-energy"] = RESIDUAL  # of its size, as many motions leave nothing
-    if (model := study.ring_on_arm) is not None:
-        least |= of_a_rigid_arm(model, study.opening, study.duration[1])
-    least["peak-far-end-tension"] = max(force * share for _, force, share in ends)
-    if study.drive is not None and study.drive.drum_radius is not None:
-        least["peak-motor-force"] = force
-        torque = float(motor_torque(study.drive, force, 0.0))
-        least["peak-motor-torque"] = torque
-        least["peak-motor-load"] = max(shares_of_the_curve(study.drive, 0.0, torque), default=1.0)
+    sizes = Sizes(study, study.duration[1])
     share = SHARE if study.jerk_limited else _SHARE_OF_WORK
     if study.arm is not None:
         share = _SHARE_WITH_ARM
-    return share * sum(weight * least[name] / weights[name] for name, weight in terms.items())
-
-
-def of_a_rigid_arm(model: RingOnArm, opening: Opening, duration: float) -> dict[str, float]:
-    """Sizes of what a ring hands to the root in a time [s], by an arm that does not bend."""
-    truss, arm = model.truss, model.arm
-    lever = (arm.big.length + arm.small.length) * abs(math.sin(model.reaction_angle))
-    return {
-        "peak-root-moment": lever * least_peak_reaction(truss, duration, opening),
-        "peak-root-momentum": lever * model.ring_mass * centre_travel(truss, opening) / duration,
-    }
+    return share * sum(
+        weight * OBJECTIVES[name].sized(sizes) / weights[name] for name, weight in terms.items()
+    )
 
 
 @dataclass(frozen=True, eq=False)
