@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from studies.common.drawing import COLOURS, label_axes, look
+from studies.common.drawing import COLOURS, STYLES, label_axes, look
 from studies.common.result import Result
 
 ABOUT = {
@@ -53,9 +53,10 @@ def satellite_figure(result: Result) -> Figure:
         label_axes(panel, "time [s]", words)
 
     # turns about different axes are not added
-    for name, colour, style in zip(turns, COLOURS, ("-", "--"), strict=False):
+    for name, colour, style in zip(turns, COLOURS, STYLES, strict=False):
         series = result.arrays[name]
-        panels[-1].plot(time, np.degrees(series.values), style, color=colour, label=series.meaning)
+        about = series.meaning.removeprefix("turn of the satellite ")
+        panels[-1].plot(time, np.degrees(series.values), style, color=colour, label=about)
     if turns:
         _spans(panels[-1], stages)
         label_axes(panels[-1], "time [s]", "turn of the satellite [deg]")
@@ -133,7 +134,7 @@ def _names(panel: Axes, stages: Sequence[Mapping[str, Any]]) -> None:
 
 def _legend_above(panel: Axes) -> None:
     """A legend where no curve is."""
-    panel.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
+    panel.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5)
 
 
 def _draw_angles(panel: Axes, result: Result, stages: Sequence[Mapping[str, Any]]) -> None:

@@ -230,6 +230,7 @@ def test_turns_about_different_axes_are_not_added(
         assert np.abs(values).max() == pytest.approx(peak, rel=1e-9)
         assert np.abs(values[-1]) < 1e-12
     (figure,) = [one for name, one in figures.draw(result) if name == "satellite"]
+    assert len(figure.axes[-1].get_lines()) == 3
     (panel,) = next(one for name, one in figures.draw(result) if name == "caps").axes
     # what is used, in its unit, beside each cap
     assert [words.get_text() for words in panel.texts][-1].endswith(" of 60 N")
