@@ -123,7 +123,9 @@ def check_truss(
     beside, remark = _beside(study, measured.duration, console or Console(), optimum)
 
     bounds = lower_bounds(study, None, longest=measured.duration)
-    surely = {key: p.high if key == "least-tension" else p.low for key, p in ranges.items()}
+    surely = {
+        key: p.high if QUANTITIES[key].kind == "least" else p.low for key, p in ranges.items()
+    }
     broken = broken_caps(study, surely)
     table = _table(study, [deployment, *beside], bounds, broken)
     margins, bars = margins_of(deployment), bars_of(deployment, study.caps)
@@ -229,7 +231,7 @@ def _criteria(
     if stated is not None:
         held.append(_duration(found, stated))
     drawn = broken_caps(study, {key: peak.value for key, peak in ranges.items()})
-    worst = {key: p.low if key == "least-tension" else p.high for key, p in ranges.items()}
+    worst = {key: p.low if QUANTITIES[key].kind == "least" else p.high for key, p in ranges.items()}
     possible = {key: part for key, part in broken_caps(study, worst).items() if part > UNSURE}
     for key, peak in ranges.items():
         cap = cap_of(study, key)

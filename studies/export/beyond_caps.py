@@ -29,7 +29,7 @@ from studies.margin.available import standstill_kernel
 from studies.margin.travel import need_kernel
 from studies.truss.checks import broken_caps, cap_of
 from studies.truss.config import TrussStudy
-from studies.truss.quantities import QUANTITIES
+from studies.truss.quantities import QUANTITIES, Quantity
 
 FIRST_LINE = "BEYOND CAPS OF THE STUDY"  # of a table that exceeds one
 AT_ONCE = 100_000  # samples of a kernel's call: a playback has up to millions
@@ -41,21 +41,24 @@ class BeyondCap:
 
     Attributes
     ----------
-    key, title, unit : the quantity.
+    key : of the quantity.
     value, cap : played, and allowed; the value is nan where the interpolation leaves the quantity
         without a value between the points, or the drive says too little of its motor.
     """
 
     key: str
-    title: str
-    unit: str
     value: float
     cap: float
 
     @property
+    def quantity(self) -> Quantity:
+        """What the cap is on."""
+        return QUANTITIES[self.key]
+
+    @property
     def excess(self) -> float:
         """Relative to the cap; of a tension that is short of 0 N it is infinite."""
-        if self.key != "least-tension":
+        if self.quantity.kind != "least":
             return self.value / self.cap - 1.0
         short = self.cap - self.value
         return short / self.cap if self.cap > 0.0 else short * math.inf
@@ -63,15 +66,15 @@ class BeyondCap:
     @property
     def line(self) -> tuple[str, float]:
         """Name and value in a record: relative, but of a tension the newtons that are missing."""
-        if self.key == "least-tension":
-            return f"{self.title} short of the cap of the study [N]", self.cap - self.value
-        return f"{self.title} beyond the cap of the study [1]", self.excess
+        if self.quantity.kind == "least":
+            return f"{self.quantity.title} short of the cap of the study [N]", self.cap - self.value
+        return f"{self.quantity.title} beyond the cap of the study [1]", self.excess
 
     @property
     def words(self) -> str:
         """The quantity, its value and its cap."""
-        found = f"{self.title} {self.value:.4g} {self.unit}"
-        if self.key != "least-tension":
+        found = f"{self.quantity.title} {self.value:.4g} {self.quantity.unit}"
+        if self.quantity.kind != "least":
             return f"{found} ({above(self.excess)} the cap of {self.cap:.4g})"
         if self.value <= 0.0:
             return f"{found} (a slack rope; the cap is {self.cap:.4g})"
@@ -96,8 +99,7 @@ def beyond_caps(
     for key in capped:
         value, cap = values.get(key, math.nan), cap_of(study, key)
         if cap is not None and (key in broken or math.isnan(value)):
-            quantity = QUANTITIES[key]
-            found.append(BeyondCap(key, quantity.title, quantity.unit, value, cap))
+            found.append(BeyondCap(key, value, cap))
     return tuple(found)
 
 

@@ -184,7 +184,7 @@ def _room(record: RoundTrip) -> str:
         if one.excess > 0.0
     }
     if record.breaches or not all(
-        one.key in CAPPED and one.key != "least-tension" and share > LEAST_SHARE
+        one.key in CAPPED and one.quantity.kind != "least" and share > LEAST_SHARE
         for one, share in shares.items()
     ):
         return ""

@@ -73,7 +73,7 @@ def test_a_tension_is_short_of_its_own_cap_and_not_of_the_force(
     value: float, cap: float, said: str
 ) -> None:
     title = QUANTITIES["least-tension"].title
-    short = BeyondCap("least-tension", title, "N", value, cap)
+    short = BeyondCap("least-tension", value, cap)
     assert short.words == f"{title} {said}"
     assert short.line == (f"{title} short of the cap of the study [N]", cap - value)
 
@@ -83,7 +83,7 @@ def test_a_tension_is_short_of_its_own_cap_and_not_of_the_force(
     [(0.00126, "0.13 % above"), (0.82, "82 % above"), (3.94, "390 % above"), (7029, "7000 times")],
 )
 def test_what_exceeds_a_cap_is_said_in_plain_numbers(excess: float, said: str) -> None:
-    jerk = BeyondCap("peak-jerk", "peak angular jerk", "rad/s^3", 2.0 * (1 + excess), 2.0)
+    jerk = BeyondCap("peak-jerk", 2.0 * (1 + excess), 2.0)
     assert jerk.words.endswith(f"({said} the cap of 2)")
 
 
