@@ -93,7 +93,7 @@ def _decays(w: float | Array, z: float, time: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """What a loop makes of a command, from the command's first position.
+    """What a loop makes of a command, from rest at the command's first position or under way.
 
     Attributes
     ----------
@@ -128,13 +128,13 @@ class Followed:
         return np.stack(rows)
 
 
-def followed(curve: Any, loop: Loop, end: float, speed: float = 0.0) -> Followed:
+def followed(curve: Any, loop: Loop, end: float, under_way: bool = False) -> Followed:
     """What a loop makes of a SciPy piecewise polynomial, and of a rest behind it until it settles.
 
     Parameters
     ----------
     end : position of that rest; a command that holds its positions never shows the last one.
-    speed : of the axis at the start.
+    under_way : whether the axis follows already at the start; else it rests at the first position.
     """
     coefficients = np.asarray(curve.c)[::-1]
     edges = np.asarray(curve.x, dtype=float)
@@ -143,11 +143,15 @@ def followed(curve: Any, loop: Loop, end: float, speed: float = 0.0) -> Followed
     coefficients = np.concatenate([coefficients, still], axis=1)
     edges = np.append(edges, edges[-1] + loop.settling)
     frequency = np.full(edges.size - 1, loop.frequency)
-    return followed_in_pieces(coefficients, edges, frequency, loop.damping, speed)
+    return followed_in_pieces(coefficients, edges, frequency, loop.damping, under_way)
 
 
 def followed_in_pieces(
-    coefficients: Array, edges: Array, frequency: Array, damping: float, speed: float = 0.0
+    coefficients: Array,
+    edges: Array,
+    frequency: Array,
+    damping: float,
+    under_way: bool = False,
 ) -> Followed:
     """What a low-pass makes of polynomial pieces, each with a natural frequency of its own.
 
@@ -156,7 +160,7 @@ def followed_in_pieces(
     coefficients : of the command in each piece, constant first, (k, m).
     edges : times of the pieces (m + 1,) [s].
     frequency, damping : w of each piece (m,) [rad/s], and zeta.
-    speed : at the start.
+    under_way : whether there is nothing left to decay at the start; else it is at rest there.
     """
     particular = _particular(coefficients, frequency, damping)
     slopes = _derived(particular)
@@ -167,7 +171,9 @@ def followed_in_pieces(
 
     # x_(k+1) = exp(A dt_k) x_k + gap_k
     transitions = _decays(frequency, damping, steps).transpose(2, 0, 1).tolist()
-    position, speed = float(coefficients[0, 0] - particular[0, 0]), speed - float(slopes[0, 0])
+    position, speed = float(coefficients[0, 0] - particular[0, 0]), float(-slopes[0, 0])
+    if under_way:
+        position, speed = 0.0, 0.0
     states = [(position, speed)]
     for ((a, b), (c, d)), (gap, jump) in zip(transitions, gaps.T.tolist(), strict=False):
         position, speed = a * position + b * speed + gap, c * position + d * speed + jump

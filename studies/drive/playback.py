@@ -105,8 +105,7 @@ def played(course: Course, points: SetPoints, drive: Drive, kind: str | None = N
         most = bound.total if bound is not None and smooth > 2 else None
         return Playback(time, motion, raw, bound, most, end, of_the_curve)
 
-    ends = float(points.positions[-1]), float(points.velocities[0])
-    output = followed(curve, loop, *ends)
+    output = followed(curve, loop, float(points.positions[-1]), bool(points.velocities[0]))
     finest = FINEST / loop.frequency
     time, motion = _sampled(output.edges, finest, lambda time: output.derivatives(time, 5))
     most = filtered_bound(course, points, kind, loop)

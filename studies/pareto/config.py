@@ -128,8 +128,8 @@ class ParetoStudy:
         time = f"T = {low:g} s" if low == high else f"T from {low:g} to {high:g} s"
         friction = self.truss.truss.pulley_friction
         return (
-            f"Ring truss, {self.truss.truss.modules} modules, mu = {friction:g}, {time}: "
-            f"{least} against {limited}"
+            f"Ring truss, {self.truss.truss.modules} modules, mu = {friction:g}, "
+            f"{time}{self.truss.ends_in_words}: {least} against {limited}"
         )
 
 

@@ -168,7 +168,7 @@ def _places(
     subject: TrussFront, front: ParetoFront, laws: Sequence[Deployment], whole: bool
 ) -> dict[str, list[tuple[float, float]]]:
     """Where the paper's laws are: curves if the duration is traded and the whole is asked for."""
-    durations = [laws[0].law.duration]
+    durations = [law.law.duration for law in laws[:1]]  # none beside a motion under way
     if subject.traded.limited == "time" and whole:
         durations = np.linspace(front.points[0].x, front.points[-1].x, DRAWN).tolist()
     at = [paper_laws_of(subject.traded.truss, duration) for duration in durations]

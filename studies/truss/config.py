@@ -484,10 +484,12 @@ class TrussStudy:
 
     def _check_bench(self) -> None:
         """Refuse what the models of arm and yielding ropes leave out."""
-        if self.arm is not None and any(self.truss.gravity):
+        *in_plane, _ = self.truss.gravity  # along the ring's axis nothing moves, nor does the arm
+        if self.arm is not None and any(in_plane):
             raise StudyError(
-                f"truss.gravity is {list(self.truss.gravity)}, which is for a ring whose fixed bar "
-                "is held, but [arm] is stated; leave one of them out"
+                f"truss.gravity is {list(self.truss.gravity)}, and in the plane of ring and arm it "
+                "would bend the arm, which has no weight in its model; state it along the ring's "
+                "axis, as [0, 0, -9.81], or leave gravity or [arm] out"
             )
         if curve := self.truss.measured_torque:
             from studies.margin.resistance import check_covers
@@ -615,11 +617,11 @@ class TrussStudy:
         loads = ", ".join(name.replace("_", " ") for name in stated)
         return (
             f"Ring truss, {self.truss.modules} modules, mu = {self.truss.pulley_friction:g}, "
-            f"{time}{self._ends_in_words}{f', with {loads}' if loads else ''}: least {aims}"
+            f"{time}{self.ends_in_words}{f', with {loads}' if loads else ''}: least {aims}"
         )
 
     @property
-    def _ends_in_words(self) -> str:
+    def ends_in_words(self) -> str:
         """Where the motion starts and ends, if it is not all of it."""
         if self.is_whole:
             return ""

@@ -100,7 +100,7 @@ def test_the_phase_plane_starts_above_coulomb_friction() -> None:
             "are both stated",
         ),
         ({"truss": {"joint_coulomb": 1e9}}, "such a joint is a weld"),
-        ({"truss": {"gravity": [1.0, 0.0, 0.0]}, "arm": {}}, "fixed bar is held"),
+        ({"truss": {"gravity": [1.0, 0.0, 0.0]}, "arm": {}}, "in the plane of ring and arm"),
         (
             {"truss": {"slider_coulomb": 0.5}, "drive": {"rope_stiffness": 600.0}},
             "slider_coulomb is stated, but on ropes that give",

@@ -15,17 +15,29 @@ from models.truss import (
     TrussParameters,
     kinetic_energy,
     potential,
+    rope_speed,
+    rope_taken,
     rope_travel,
     static_force,
     static_peak,
 )
+from studies.codesign import study_from as codesign_from
 from studies.common.console import silent
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
+from studies.drive.course import rope_course, with_dwells
+from studies.drive.playback import played
+from studies.drive.schema import Drive
+from studies.drive.setpoints import sampled, uniform_times
 from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.feasibility import check_feasible
-from studies.truss.motions.laws import deployment_of, law_of_result, paper_laws_of
+from studies.truss.motions.laws import (
+    deployment_of,
+    law_of_result,
+    laws_from_rest,
+    paper_laws_of,
+)
 from studies.truss.motions.phase_plane import PhasePlane
 from studies.truss.study import run
 
@@ -204,10 +216,24 @@ def test_ends_that_no_motion_has_are_refused(keys: dict[str, float], sentence: s
         stated(**keys)
 
 
+def test_ropes_that_only_pull_brake_a_start_so_far() -> None:
+    study = stated(start_deg=80.0, start_rate_deg_per_s=300.0)
+    plane = PhasePlane(study.truss, opening=study.opening)
+    with pytest.raises(StudyError, match="ropes only pull") as refused:
+        check_feasible(study, plane.least_force)
+
+    (most,) = re.findall(r"at most ([0-9.]+)", str(refused.value))
+    assert plane.fastest(1e3) is None
+    opening = Opening(study.opening.start, rate=0.999 * math.radians(float(most)))
+    assert PhasePlane(study.truss, opening=opening).fastest(1e3) is not None
+
+
 def test_a_start_too_fast_to_brake_is_refused_with_the_number() -> None:
     fast = {"start_deg": 80.0, "start_rate_deg_per_s": 30.0}
     study = stated(**fast, caps={"acceleration": 0.5})
-    with pytest.raises(StudyError, match=r"does not come to rest at 90 deg") as refused:
+    with pytest.raises(
+        StudyError, match=r"the caps on acceleration leave it too little to brake"
+    ) as refused:
         check_feasible(study, PhasePlane(study.truss, opening=study.opening).least_force)
 
     (most,) = re.findall(r"at most ([0-9.]+)", str(refused.value))
@@ -216,3 +242,60 @@ def test_a_start_too_fast_to_brake_is_refused_with_the_number() -> None:
     )
     slower = stated(**fast | {"start_rate_deg_per_s": float(most)}, caps={"acceleration": 0.5})
     check_feasible(slower, PhasePlane(slower.truss, opening=slower.opening).least_force)
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ({"start_rate_deg_per_s": 1.0, "arm": {}}, "[arm], which is at rest at first, is stated"),
+        ({"end_deg": 80.0, "arm": {}}, "leave end_deg or [arm] out"),
+        (
+            {"start_rate_deg_per_s": 1.0, "drive": {"rope_stiffness": 900.0}},
+            "drive.rope_stiffness, with which the ring is at rest at first, is stated",
+        ),
+        (
+            {"start_rate_deg_per_s": 1.0, "drive": {"start_dwell": 1.0}},
+            "drive.start_dwell is stated; leave one of them out",
+        ),
+    ],
+)
+def test_what_begins_at_rest_does_not_go_with_a_rate(
+    keys: dict[str, object], sentence: str
+) -> None:
+    with pytest.raises(StudyError, match=re.escape(sentence)):
+        stated(**keys)
+
+
+def test_a_codesign_is_of_the_whole_opening() -> None:
+    with pytest.raises(StudyError, match="a co-design is of the whole opening"):
+        codesign_from({"minimise": "peak-force", "duration": 10.0, "start_deg": 45.0})
+
+
+def test_gravity_along_the_axis_goes_with_an_arm() -> None:
+    """Neither ring nor arm moves along it: the answer is that without weight."""
+    weighed = {"truss": {"gravity": [0.0, 0.0, -9.81]}}
+    law = laws_from_rest(stated(duration=10.0, arm={}), 10.0)[0]
+    hung = laws_from_rest(stated(duration=10.0, arm={}, **weighed), 10.0)[0]
+
+    assert hung.values == law.values
+
+
+def test_a_drive_starts_where_the_rope_is() -> None:
+    """Positions count from the stowed ring; under way the first velocity is that of the rope."""
+    study = stated(start_deg=45.0, start_rate_deg_per_s=1.5)
+    opening, truss = study.opening, study.truss
+    law = UnderWay(
+        Step5(20.0, opening.start + opening.rate * 5.0 / 3, opening.end), opening.rate, 5.0
+    )
+    course = rope_course(law, truss)
+    points = sampled(course, uniform_times(course, 0.01))
+
+    assert points.positions[0] == pytest.approx(float(rope_taken(truss, opening.start)))
+    hauling = -float(rope_speed(truss, opening.start, opening.rate))
+    assert points.velocities[0] == course.start_speed == pytest.approx(hauling)
+    assert points.velocities[-1] == 0.0
+    for kind in ("spline", "hermite"):  # a loop that is under way as well adds no blow
+        output = played(course, points, Drive(bandwidth=60.0), kind)
+        assert output.peak(2)[0] == pytest.approx(course.peaks[1], rel=2e-2)
+    with pytest.raises(StudyError, match="start_dwell is 1 s, but the motion is under way"):
+        with_dwells(course, 1.0, 0.0)

@@ -139,20 +139,20 @@ def _check_start(study: TrussStudy) -> None:
     if not opening.rate:
         return
     rates = rate_caps(caps.speed, caps.acceleration, caps.jerk)
-    allowed = min(
-        rates.speed,
-        greatest_start_speed(opening.stroke, rates),
-        greatest_start_rate(study.truss, caps, opening) if study.arm is None else math.inf,
-    )
-    if opening.rate > allowed * (1 + ROUNDING):
+    under_the_caps = min(rates.speed, greatest_start_speed(opening.stroke, rates))
+    allowed = min(under_the_caps, greatest_start_rate(study.truss, caps, opening))
+    if opening.rate <= allowed * (1 + ROUNDING):
+        return
+    why = "ropes only pull, and springs, net and friction brake too little"
+    remedy = f"give start_rate_deg_per_s at most {down(math.degrees(allowed))}"
+    if opening.rate > under_the_caps:
         stated = [name for name in RATES if getattr(caps, name) is not None]
-        under = f" under the caps on {' and '.join(stated)}" if stated else ""
-        raise _infeasible(
-            f"a ring that starts at {math.degrees(opening.rate):g} deg/s does not come to rest at "
-            f"{math.degrees(opening.end):g} deg: ropes only pull, and springs, net and friction "
-            f"brake too little{under}; give start_rate_deg_per_s at most "
-            f"{down(math.degrees(allowed))}{', or raise a cap' if stated else ''}"
-        )
+        why = f"the caps on {', '.join(stated)} leave it too little to brake"
+        remedy += ", or raise a cap"
+    raise _infeasible(
+        f"no motion that starts at {math.degrees(opening.rate):g} deg/s comes to rest at "
+        f"{math.degrees(opening.end):g} deg: {why}; {remedy}"
+    )
 
 
 def _check_jerk(study: TrussStudy) -> None:
