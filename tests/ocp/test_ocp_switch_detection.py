@@ -53,6 +53,7 @@ from ocp.refinement.policies.brackets import (
     with_brackets,
     with_movable_switches,
 )
+from ocp.refinement.policies.next_phase import worthwhile_jumps
 from ocp.refinement.solved_mesh import SolvedMesh
 from tests.ocp.problems import (
     bryson_denham,
@@ -434,6 +435,21 @@ def test_a_jump_is_bracketed(mesh, where, move):
         assert with_brackets(finer, found, move) is None  # it is there already
     else:
         assert finer.movable == ()
+
+
+@pytest.mark.parametrize("rounding", [-1e-16, 0.0, 1e-16])
+def test_a_jump_at_a_breakpoint_is_worth_what_is_gained_on_either_side(rounding):
+    held, inside = Jump(0.4 + rounding, 0.45, 0.4 + rounding, 1.0), Jump(0.2, 0.4, 0.3, 1.0)
+
+    def worthwhile(gains, *jumps):
+        errors = SimpleNamespace(jumps=jumps, gain=np.array(gains), switching=np.zeros(5))
+        return worthwhile_jumps(uniform(5, 4), errors, 1e-6)
+
+    assert worthwhile([0.0, 2e-6, 0.0, 0.0, 0.0], held) == [held]
+    assert worthwhile([0.0, 0.0, 2e-6, 0.0, 0.0], held) == [held]
+    assert worthwhile([2e-6, 9e-7, 9e-7, 2e-6, 2e-6], held) == []
+    # the jump inside makes the control on both sides of the breakpoint what it is
+    assert worthwhile([0.0, 2e-6, 2e-6, 0.0, 0.0], held, inside) == []
 
 
 def test_a_bracket_does_not_follow_a_jump_to_and_fro():

@@ -14,7 +14,7 @@ from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags, Integers
 from ocp.estimates.error_estimate import PhaseErrors, beside, held_switches
 from ocp.estimates.kink_crossings import NEAR, NEAR_WHILE_LOOSE, KinkCrossings
-from ocp.estimates.switch_detection import Jump
+from ocp.estimates.switch_detection import ROUND_OFF, Jump
 from ocp.mesh.mesh import ExtraPoints, PhaseMesh, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.control_gains import PARTS
@@ -403,12 +403,23 @@ def _points_at(constraint: int, fractions: Array, mesh: PhaseMesh) -> ExtraPoint
 
 
 def worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> list[Jump]:
-    """Jumps whose place matters for the objective."""
+    """Jumps whose place matters for the objective.
+
+    A switch may have to go to either side of the breakpoint that holds it, so that what is gained
+    beside it counts, too. Not where another jump is inside an interval there: that one makes the
+    controls on both sides of it what they are.
+    """
     points = mesh.breakpoints
+    at = np.array([[jump.at] for jump in errors.jumps]).reshape(-1, 1)
+    inside = (points[:-1] + ROUND_OFF < at) & (at < points[1:] - ROUND_OFF)
+    beside = (points[:-1] - ROUND_OFF < at) & (at < points[1:] + ROUND_OFF) & ~inside
+
     found = []
-    for jump in errors.jumps:
+    for jump, sides in zip(errors.jumps, beside, strict=True):
         around = (points[1:] > jump.first) & (points[:-1] < jump.last)
-        if errors.switching[around].max(initial=0.0) >= 0.5 * tolerance:
+        much = errors.switching[around].max(initial=0.0) >= 0.5 * tolerance
+        alone = not inside[:, sides].any()
+        if much or (alone and errors.gain[sides].max(initial=0.0) > tolerance):
             found.append(jump)
     return found
 
