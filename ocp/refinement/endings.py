@@ -135,10 +135,10 @@ def _has_cost_enough(
 ) -> bool:
     """Whether a motion that is accurate to 1e-4 has cost much, and a better one would cost more.
 
-    That is where the next mesh would cost more than all before it, or where the last three have not
-    halved what is open. Costs are iterations times unknowns times the most signals of a phase, as
-    what it takes to factorise a point grows faster than its unknowns. Not where an accuracy or a
-    budget of seconds was asked for.
+    That is where the meshes to come would cost more than all before them: as many as it takes until
+    all tolerances are met, by the rate of the last ones. Costs are iterations times unknowns times
+    the most signals of a phase, as what it takes to factorise a point grows faster than its
+    unknowns. Not where an accuracy or a budget of seconds was asked for.
     """
     solved, settings = history.solved, meshes.settings
     default = settings.accuracy == Accuracy() and settings.seconds is None
@@ -151,8 +151,18 @@ def _has_cost_enough(
         return False
     finer = step.mesh.intervals / last.iterate.mesh.intervals
     ahead = last.iterations * last.iterate.x.size * signals * finer
-    now, before = (s.worst_in_tolerances(accuracy) for s in (last, solved[-_STILL_IN_DOUBT]))
-    return ahead > cost or now > _FALLING * before
+    return ahead * meshes_to_come(solved, accuracy) > cost
+
+
+def meshes_to_come(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> float:
+    """How many meshes it takes until all tolerances are met, at the rate of the last two, from 1.
+
+    Infinite where these have brought nothing.
+    """
+    before, _, now = (s.worst_in_tolerances(accuracy) for s in solved[-_STILL_IN_DOUBT:])
+    if now >= before:
+        return math.inf
+    return max(1.0, 2.0 * math.log(max(now, 1.0)) / math.log(before / now))
 
 
 def stands_still(

@@ -1,6 +1,7 @@
 """Meshes of a refinement: the first one, one that is given up, its end, and those that move."""
 
 import dataclasses
+import math
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
@@ -29,7 +30,7 @@ from ocp import (
 )
 from ocp.algorithm import first_mesh
 from ocp.refinement import endings
-from ocp.refinement.endings import stands_still
+from ocp.refinement.endings import meshes_to_come, stands_still
 from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
 from ocp.refinement.solved_mesh import (
     SolvedMesh,
@@ -148,6 +149,23 @@ def test_a_dear_solve_ends_if_it_is_accurate_and_finer_meshes_bring_little(monke
     assert "no finer mesh improved it" in full.verdict
     assert "further meshes would cost much for little" in found.verdict
     assert abs(found.objective - full.objective) / full.objective <= found.accuracy <= 1e-4
+
+
+@pytest.mark.parametrize(
+    ("open_tolerances", "ahead"),
+    [
+        ((1e3, 1e2, 1e1), 1.0),  # a tenth each time
+        ((1e3, 9e2, 250.0), np.log(250.0) / np.log(2.0)),  # a quarter in two: halves
+        ((8.0, 4.0, 2.0), 1.0),
+        ((8.0, 4.0, 0.5), 1.0),  # only breakpoints move
+        ((2.0, 4.0, 2.0), math.inf),
+    ],
+)
+def test_how_many_meshes_are_to_come_follows_from_what_the_last_two_have_brought(
+    open_tolerances, ahead
+):
+    solved = [mesh_round(2.0, excess=e * ACCURACY.path) for e in (5e5, *open_tolerances)]
+    assert meshes_to_come(solved, ACCURACY) == pytest.approx(ahead, rel=1e-12)
 
 
 @pytest.mark.parametrize("asked", [{"seconds": 600.0}, {"accuracy": Accuracy(objective=2e-6)}])
