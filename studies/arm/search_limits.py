@@ -28,10 +28,6 @@ LENGTHENED = 1.15  # from one to the next
 TIME_WINDOW = (0.5, 1.05)  # of a least time, over a duration in which the arm can turn
 SPARE_DURATION = 1.1  # first duration over the rigid arm's least under the same caps
 
-# Least time of the rigid arm with both joints
-RIGID_INTERVALS = 80  # 160 change a per mille; with 40 a local optimum a tenth longer is found
-RIGID_LONGEST = 2.0  # times the quintic step's duration under the same caps
-
 # Shapers whose frequency varies along the stage
 SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 FREQUENCIES_TRIED = 32
@@ -70,13 +66,11 @@ OF_TURNING = 0.1
 CALMER = 10.0  # by which the smoothness is made heavier where the full model does not rest
 
 # Both stages as one problem
-BARRIERS: tuple[Barrier, ...] = ("adaptive", "monotone")  # tried one after the other
 SEQUENCE_INTERVALS = (150, 10, 200)  # of big arm, dwell and small arm
 SEQUENCE_SECONDS = 300.0  # that a search may take, unless stated: some times what it takes
 UNRESOLVED = 10.0  # times the residual allowed, above which no more replays are made
 LONGEST_DWELL = 1000.0  # [s]; its vibration is resolved by the replays, however little it is
 SEQUENCE_WINDOW = (0.3, 3.0)  # of the guessed durations, between which the optimiser chooses
-SEQUENCE_ITERATIONS = 400  # where the small arm must calm what the first lock leaves
 
 # One motion for a spread of arms
 # where the root turns, and where the elbow does; with 120 and 200 the elbow's arms on an angle

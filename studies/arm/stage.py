@@ -18,7 +18,7 @@ from models.ancf.chain import Chain
 from models.ancf.state import NodalState, posed
 from models.arm.bulges import tied_to_first_modes
 from models.arm.parameters import ArmParameters
-from models.arm.reduced import ReducedArm, Variant
+from models.arm.reduced import ReducedArm
 from models.numerics import gauss_legendre
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
@@ -123,17 +123,14 @@ class Stage:
         root, elbow = (None if k in self.moving else self.start[k] for k in (ROOT, ELBOW))
         return root, elbow
 
-    def reduced(
-        self, arm: ArmParameters | None = None, variant: Variant = "B21", *, tied: bool = True
-    ) -> ReducedArm:
+    def reduced(self, arm: ArmParameters | None = None, *, tied: bool = True) -> ReducedArm:
         """The reduced model of this or another arm while the stage runs.
 
         `tied` ties the bulges as in the modes with the joint free. On a given angle the joint is
         held, its modes are slower, and the links hardly bulge.
         """
-        tied = tied and self.tied and variant == "B21"
-        ties = self._ties if tied else (0.0, 0.0, 0.0)
-        return ReducedArm(arm or self.arm, variant, *self._locks, ties, self.satellite_inertia)
+        ties = self._ties if tied and self.tied else (0.0, 0.0, 0.0)
+        return ReducedArm(arm or self.arm, "B21", *self._locks, ties, self.satellite_inertia)
 
     @property
     def inertias(self) -> Array:

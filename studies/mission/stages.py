@@ -20,7 +20,7 @@ from ocp.arrays import Array
 from ocp.solution.storage import packed, unpacked
 from studies.arm.config import ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import StatedStage, problem
+from studies.arm.optimal.objectives import StatedMotion, problem
 from studies.arm.optimal.refinement import aimed_at_rest, refine
 from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
@@ -215,7 +215,6 @@ def move_from(
             before,
             weight=start.weight,
             aim=aim,
-            intervals=before.intervals,
             stated=_stated(study, name, duration),
             progress=console.live,
         )
@@ -229,7 +228,7 @@ def move_from(
     )
 
 
-def _stated(study: MissionStudy, name: str, duration: float) -> StatedStage:
+def _stated(study: MissionStudy, name: str, duration: float) -> StatedMotion:
     """The problem of an arm's stage in a time."""
     slew = _slew(study, name, duration)
     return problem(slew.under("torque"), TorqueCaps(), OBJECTIVE)

@@ -7,12 +7,9 @@ mass at the elbow, B about the elbow, C of the coupling.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import ModuleType
-from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from models.ancf.joints import Driven, Torque
@@ -47,17 +44,17 @@ class RigidEquations:
 
     A: float
     B: float
-    c: Any
-    h1: Any
-    h2: Any
+    c: Array
+    h1: Array
+    h2: Array
 
 
-def rigid_equations(arm: ArmParameters, phi: Any, rates: Any, xp: ModuleType) -> RigidEquations:
-    """Equations at an angle of the elbow and rates of the joints, by NumPy or CasADi (`xp`)."""
+def rigid_equations(arm: ArmParameters, phi: Array, rates: Array) -> RigidEquations:
+    """Equations at angles of the elbow (m,) and rates of the joints (2, m)."""
     A, B, C = inertias(arm)
     w1, w2 = rates[0], rates[0] + rates[1]
-    sin = C * xp.sin(phi)
-    return RigidEquations(A, B, c=C * xp.cos(phi), h1=-(sin * w2**2), h2=sin * w1**2)
+    sin = C * np.sin(phi)
+    return RigidEquations(A, B, c=C * np.cos(phi), h1=-(sin * w2**2), h2=sin * w1**2)
 
 
 def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
@@ -66,35 +63,20 @@ def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
 
     def torques(t: Array) -> Array:
         (_, phi), rates, accelerations = joint_motion(stage, law, t)
-        eq = rigid_equations(stage.arm, phi, rates, np)
+        eq = rigid_equations(stage.arm, phi, rates)
         a1, a2 = np.cumsum(accelerations, axis=0)
         if H is not None:
             # the satellite turns against the arm, so that both have no momentum
             w1, w2 = np.cumsum(rates, axis=0)
             whole = H + eq.A + eq.B + 2 * eq.c
             w0 = -((eq.A + eq.c) * w1 + (eq.B + eq.c) * w2) / whole
-            eq = rigid_equations(stage.arm, phi, rates + np.array([w0, 0 * w0]), np)
+            eq = rigid_equations(stage.arm, phi, rates + np.array([w0, 0 * w0]))
             a0 = -((eq.A + eq.c) * a1 + (eq.B + eq.c) * a2 + eq.h1 + eq.h2) / whole
             a1, a2 = a1 + a0, a2 + a0
         elbow = eq.B * a2 + eq.c * a1 + eq.h2
         return np.array((elbow + eq.A * a1 + eq.c * a2 + eq.h1, elbow))
 
     return torques
-
-
-def rigid_accelerations(
-    arm: ArmParameters, phi: Any, rates: Sequence[Any], torques: Sequence[Any]
-) -> list[Any]:
-    """Second derivatives of both joint angles: the torques of `feed_forward` solved for them.
-
-    Symbols of the elbow's angle, and of the joints' rates and torques.
-    """
-    eq = rigid_equations(arm, phi, rates, ca)
-    inner, outer = torques[0] - torques[1] - eq.h1, torques[1] - eq.h2
-    determinant = eq.A * eq.B - eq.c**2
-    a1 = (eq.B * inner - eq.c * outer) / determinant
-    a2 = (eq.A * outer - eq.c * inner) / determinant
-    return [a1, a2 - a1]
 
 
 def torque_drives(stage: Stage, law: Law) -> dict[int, Torque]:

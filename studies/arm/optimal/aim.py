@@ -14,23 +14,21 @@ import casadi as ca
 import numpy as np
 
 from models.ancf.assembly import dense
-from models.ancf.integrate import Simulation
 from models.ancf.joints import Free
 from models.ancf.motion import MinimalCoordinates
 from models.arm.reduced_simulation import reduced_modes
 from ocp.arrays import Array
-from studies.arm.stage import Stage
+from studies.arm.replay.full_model import LockedMotion
 
 SLOW = 15.0  # [Hz], up to which modes are corrected
 
 
-def beside_rest(stage: Stage, run: Simulation) -> Array:
+def beside_rest(replayed: LockedMotion) -> Array:
     """By how much a stage ends beside rest, in B21's q and v (2 n,), its fast modes left out.
-
-    `run` is the stage on the full model, until the lock.
 
     The full model's deviation is projected so that its momentum is kept: `J^T M J q = J^T M e`.
     """
+    stage, run = replayed.motion.stage, replayed.run.before
     model, chain = stage.model, run.chain
     rest = model.at(*stage.end)
 

@@ -1,4 +1,4 @@
-"""An optimal motion of a stage: its torques as exact polynomials, and its replays.
+"""An optimal motion: its torques as exact polynomials, and its replays.
 
 Two misses are told apart: the mesh error is the residual energy of the replay on B21 by another
 integrator (the collocation believes it is zero); the model error is that of the full model
@@ -7,24 +7,27 @@ against the replay on B21.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from typing import Any
 
 import casadi as ca
 import numpy as np
 from scipy.interpolate import BPoly, PPoly
 
+from models.ancf.analysis import LockedRun
 from models.ancf.integrate import StepControl
-from models.ancf.joints import Driven, Joint, Torque
+from models.ancf.joints import Driven, Torque
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import ReducedMotion, simulate_reduced
 from ocp import PhaseTrajectory, Solution, Trajectory
 from ocp.arrays import Array
 from studies.arm.optimal.correction import added_to
-from studies.arm.optimal.objectives import StatedStage
-from studies.arm.optimal.phase import ArmPhase, slope_unit
-from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, replay
+from studies.arm.optimal.objectives import StatedMotion
+from studies.arm.optimal.phase import slope_unit
+from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, in_turn
 from studies.arm.replay.reduced_model import follow, method_for, overdamped, reduced_residual
 from studies.arm.stage import ELBOW, ROOT, Stage
 from studies.common.code_version import hashed
@@ -49,16 +52,32 @@ class OptimalMotion:
     """
 
     name: str
-    stated: StatedStage
+    stated: StatedMotion
     solution: Solution
     weight: float = 0.0
     added: Mapping[int, PPoly] = field(default_factory=dict)
     kept: FinishedSteps = NOTHING_KEPT
 
     @cached_property
+    def stages(self) -> tuple[Stage, ...]:
+        """Those that were stated, in the durations that were found."""
+        phases = [self.trajectory.phase(arm.phase.name) for arm in self.stated.arms]
+        stages = [arm.stage for arm in self.stated.arms]
+        return tuple(
+            stage.lasting(phase.end - phase.start)
+            for stage, phase in zip(stages, phases, strict=True)
+        )
+
+    @property
     def stage(self) -> Stage:
-        """The stage that was stated, in the duration that was found."""
-        return self.stated.stage.lasting(self.trajectory.phases[0].end)
+        """The first one, of a motion of one stage."""
+        return self.stages[0]
+
+    @property
+    def dwells(self) -> tuple[float, ...]:
+        """Times that the arm stays locked between the stages [s]."""
+        spans = [self.trajectory.phase(arm.phase.name) for arm in self.stated.arms]
+        return tuple(after.start - before.end for before, after in itertools.pairwise(spans))
 
     @property
     def trajectory(self) -> Trajectory:
@@ -66,25 +85,28 @@ class OptimalMotion:
         return self.solution.trajectory
 
     @property
-    def arm(self) -> ArmPhase:
-        """The phase with its signals."""
-        return self.stated.arm
+    def counts(self) -> tuple[int, ...]:
+        """Intervals of the mesh of each phase."""
+        return tuple(len(phase.breakpoints) - 1 for phase in self.trajectory.phases)
 
     @property
     def intervals(self) -> int:
-        """Of the mesh."""
-        return len(self.trajectory.phases[0].breakpoints) - 1
+        """Of the whole mesh."""
+        return sum(self.counts)
 
     @cached_property
     def torques(self) -> dict[int, PPoly]:
-        """Torque of each driven joint as an exact piecewise polynomial."""
+        """Torque of each joint over its stage's time, as an exact piecewise polynomial."""
         return added_to(self._solved, self.added)
 
     @cached_property
     def _solved(self) -> dict[int, PPoly]:
         """The solver's torques alone."""
-        phase = self.trajectory.phase(self.arm.phase.name)
-        return {k: polynomial(phase, state.name) for k, state in self.arm.torque.items()}
+        found = {}
+        for k, (arm, state) in self.stated.drives.items():
+            law = polynomial(self.trajectory.phase(arm.phase.name), state.name)
+            found[k] = PPoly(law.c, law.x - law.x[0])
+        return found
 
     @cached_property
     def smoothness_share(self) -> float:
@@ -103,28 +125,24 @@ class OptimalMotion:
         """Mean square of the slopes of the torque rates, as `phase.smoothness` states it."""
         total = 0.0
         for k, law in self._solved.items():
-            slopes = law.derivative(2)
+            stage, slopes = self.stated.drives[k][0].stage, law.derivative(2)
             square = slopes(slopes.x[:-1]) ** 2 @ np.diff(slopes.x)
-            total += float(square) / slope_unit(self.stated.stage, k) ** 2
-        return total / self.stated.stage.duration
+            total += float(square) / slope_unit(stage, k) ** 2 / stage.duration
+        return total
 
     @property
     def added_share(self) -> float:
         """Largest torque added to the solver's, over the largest torque."""
-        times = np.linspace(0.0, self.stage.duration, _DENSE)
-        shares = [
-            float(np.abs(more(times)).max()) / self.peak_torque[k] for k, more in self.added.items()
-        ]
+        shares = [_largest(more) / self.peak_torque[k] for k, more in self.added.items()]
         return max(shares, default=0.0)
 
     @property
     def within_limits(self) -> bool:
         """Whether torques and their rates keep the limits of the problem that was solved."""
-        drives = self.arm.drives
+        torque, rate = self.peak_torque, self.peak_rate
         return all(
-            peaks[k] <= state.upper
-            for states, peaks in ((drives.torque, self.peak_torque), (drives.rate, self.peak_rate))
-            for k, state in states.items()
+            torque[k] <= state.upper and rate[k] <= arm.drives.rate[k].upper
+            for k, (arm, state) in self.stated.drives.items()
         )
 
     @property
@@ -138,10 +156,9 @@ class OptimalMotion:
         return self._peaks(lambda law: law.derivative())
 
     def _peaks(self, of: Callable[[PPoly], PPoly]) -> Array:
-        times = np.linspace(0.0, self.stage.duration, _DENSE)
         peaks = np.zeros(2)
         for k, law in self.torques.items():
-            peaks[k] = np.abs(of(law)(times)).max()
+            peaks[k] = _largest(of(law))
         return peaks
 
     @cached_property
@@ -153,7 +170,7 @@ class OptimalMotion:
 
     def on(self, model: ReducedArm) -> ReducedMotion:
         """Replay on a reduced model, by explicit steps of order 8 where they are not too many."""
-        joints = torque_joints(self.torques, self.stage.duration)
+        joints = torque_joints(self.torques)
         return simulate_reduced(
             model,
             model.at(*self.stage.start),
@@ -165,45 +182,59 @@ class OptimalMotion:
         )
 
     @property
-    def energy_on_B22(self) -> float:
-        """E_res of the replay on B22, whose second link bends more freely [J]."""
-        return reduced_residual(self.stage, self.on(self.stage.reduced(variant="B22")))
-
-    @property
     def reduced_energy(self) -> float:
         """E_res of the replay on B21 [J]: the mesh error."""
         return reduced_residual(self.stage, self.reduced)
 
-    def motion(self, drive: Drive) -> Motion:
-        """The motion for the full model under either drive."""
-        joints: dict[int, Joint]
-        if drive == "torque":
-            joints = dict(torque_joints(self.torques, self.stage.duration))
-        else:
-            joints = dict(angle_joints(self.reduced, self.torques))
-        return Motion(self.name, drive, self.stage, joints)
+    def motions(self, drive: Drive) -> tuple[Motion, ...]:
+        """Each stage for the full model; on given angles there is one."""
+        if drive == "angle":
+            return (Motion(self.name, drive, self.stage, angle_joints(self.reduced, self.torques)),)
+        return tuple(
+            Motion(name, drive, stage, torque_joints({k: self.torques[k] for k in stage.moving}))
+            for name, stage in zip(self.names, self.stages, strict=True)
+        )
 
-    def replay(
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What its stages are called in results."""
+        if len(self.stages) == 1:
+            return (self.name,)
+        return tuple(f"{stage.name} arm" for stage in self.stages)
+
+    def motion(self, drive: Drive) -> Motion:
+        """The first of `motions`: that of a motion of one stage."""
+        return self.motions(drive)[0]
+
+    def replays(
         self,
         drive: Drive = "torque",
         *,
         elements: int = ELEMENTS,
         settings: StepControl | None = None,
         modes: int = MODES,
-    ) -> LockedMotion:
-        """On the full model, see `studies.arm.replay.full_model.replay`."""
-        given = self.motion(drive)
-        run = self.kept.step(
-            "replay",
-            lambda: replay(given, elements=elements, settings=settings, modes=modes).fixed,
-            begins_with=self._mark(drive, elements, settings),
-        )
-        return LockedMotion(given, run, modes)
+    ) -> tuple[LockedMotion, ...]:
+        """Each stage on the full model, from what the one before leaves, see `in_turn`."""
+        given = self.motions(drive)
 
-    def _mark(self, drive: Drive, elements: int, settings: StepControl | None) -> str:
-        """Few letters of all that a replay depends on."""
+        def runs() -> tuple[LockedRun, ...]:
+            found = in_turn(given, self.dwells, elements=elements, settings=settings)
+            return tuple(one.fixed for one in found)
+
+        # all that a replay depends on
         laws = [[k, law.c.tolist(), law.x.tolist()] for k, law in self.torques.items()]
-        return hashed([repr(self.stage), drive, elements, repr(settings), laws])[:12]
+        depends = [repr(self.stages), self.dwells, drive, elements, repr(settings), laws]
+        found = self.kept.step("replay", runs, begins_with=hashed(depends)[:12])
+        return tuple(LockedMotion(*pair, modes) for pair in zip(given, found, strict=True))
+
+    def replay(self, drive: Drive = "torque", **how: Any) -> LockedMotion:
+        """The last stage of `replays`: that of a motion of one."""
+        return self.replays(drive, **how)[-1]
+
+
+def _largest(law: PPoly) -> float:
+    """Largest size of a law, between its points too."""
+    return float(np.abs(law(np.linspace(law.x[0], law.x[-1], _DENSE))).max())
 
 
 def polynomial(phase: PhaseTrajectory, state: str) -> PPoly:
@@ -214,13 +245,14 @@ def polynomial(phase: PhaseTrajectory, state: str) -> PPoly:
     return PPoly(coefficients.T[::-1], phase.breakpoints)
 
 
-def torque_joints(torques: Mapping[int, PPoly], end: float) -> dict[int, Torque]:
+def torque_joints(torques: Mapping[int, PPoly]) -> dict[int, Torque]:
     """Torque laws; smooth enough that the integrator need not restart at the mesh."""
-    return {k: Torque(partial(_until_end, law, end)) for k, law in torques.items()}
+    return {k: Torque(partial(_until_end, law)) for k, law in torques.items()}
 
 
-def _until_end(law: PPoly, end: float, t: Array) -> Array:
+def _until_end(law: PPoly, t: Array) -> Array:
     """A torque that ends [N m]."""
+    end = law.x[-1]
     return np.where(t <= end, law(np.clip(t, 0.0, end)), 0.0)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ocp import Between, Constant, Functional, Problem, peak
+from ocp import Between, Constant, Functional, Problem, State, peak
 from ocp.arrays import Array
 from studies.arm.optimal.phase import (
     ArmPhase,
@@ -43,66 +43,70 @@ class Objective:
     Attributes
     ----------
     title : what is least, for a table.
-    build : the expression, in units of the rigid arm's, from a phase and its stage.
+    build : the expression, in units of the rigid arm's, from a phase.
     smoothing : first weight of the smoothness beside it; refinement makes it lighter.
     power : of the quantity in the expression: the largest square is least where the largest is.
     """
 
     title: str
-    build: Callable[[ArmPhase, Stage], Any]
+    build: Callable[[ArmPhase], Any]
     smoothing: float = SMOOTHING
     power: int = 1
 
 
-def peak_torque(arm: ArmPhase, stage: Stage) -> Functional:
+def peak_torque(arm: ArmPhase) -> Functional:
     """Largest torque of any joint, in units of the largest joint's."""
-    unit = _CONSTANT * float(max(stage.torque_units[k] for k in arm.torque))
+    unit = _CONSTANT * float(max(arm.stage.torque_units[k] for k in arm.torque))
     return peak(*((arm.phase, tau / unit) for tau in arm.torque.values()), absolute=True)
 
 
-def energy(arm: ArmPhase, stage: Stage) -> Any:
+def energy(arm: ArmPhase) -> Any:
     """Mean square torque: the heat of motors that recover what they brake.
 
     From rest to rest the mechanical work is zero; what is lost is the resistance's.
     """
+    stage = arm.stage
     total = sum((tau / stage.torque_units[k]) ** 2 for k, tau in arm.torque.items())
     return arm.phase.integral(total, "heat", "s") / (_QUADRATIC * stage.duration)
 
 
-def tip_acceleration(arm: ArmPhase, stage: Stage) -> Functional:
+def tip_acceleration(arm: ArmPhase) -> Functional:
     """Largest square of the tip's acceleration."""
     acceleration = _second(arm.model.tip(column(arm.q)), arm)
+    stage = arm.stage
     k = stage.moving[0]
     length = (stage.arm.big.length, stage.arm.small.length)[k]
     size = _CONSTANT * abs(stage.turn[k]) * length / stage.duration**2
     return arm.phase.peak(ca.dot(acceleration, acceleration) / size**2, scale=1.0)
 
 
-def root_reaction(arm: ArmPhase, stage: Stage) -> Functional:
+def root_reaction(arm: ArmPhase) -> Functional:
     """Largest square of the root's force, the rate of the arm's momentum."""
     force = _second(arm.model.first_moment(column(arm.q)), arm)
+    stage = arm.stage
     k = stage.moving[0]
     length = (stage.arm.big.length, stage.arm.small.length)[k]
     size = float(_CONSTANT * stage.torque_units[k] / length)
     return arm.phase.peak(ca.dot(force, force) / size**2, scale=1.0)
 
 
-def deflection(arm: ArmPhase, stage: Stage) -> Functional:
+def deflection(arm: ArmPhase) -> Functional:
     """Largest transverse deflection of a link's end from the tangent at its start."""
     ends = [s for s in arm.q if s.name.startswith("delta")]
     size = max(float(s.scale or 1.0) for s in ends)
     return peak(*((arm.phase, s / size) for s in ends), absolute=True)
 
 
-def peak_root_moment(arm: ArmPhase, stage: Stage) -> Functional:
+def peak_root_moment(arm: ArmPhase) -> Functional:
     """Largest moment that the satellite gives about the root."""
     moment = root_moment(arm.model, arm.q, arm.v, arm.acceleration)
-    unit = _CONSTANT * float(stage.torque_units[stage.moving[0]])
+    unit = _CONSTANT * float(arm.stage.torque_units[arm.stage.moving[0]])
     return peak((arm.phase, moment / unit), absolute=True)
 
 
-def peak_momentum(arm: ArmPhase, stage: Stage) -> Functional:
+def peak_momentum(arm: ArmPhase) -> Functional:
     """Largest angular momentum that it takes."""
+    stage = arm.stage
     unit = float(stage.inertia_turns[stage.moving[0]]) / stage.duration
     return peak((arm.phase, angular_momentum(arm.model, arm.q, arm.v) / unit), absolute=True)
 
@@ -127,7 +131,7 @@ OBJECTIVES: dict[str, Objective] = {
         "least peak acceleration of the tip", tip_acceleration, power=2
     ),
     "energy": Objective("least energy (mean square torque)", energy),
-    "time": Objective("least time", lambda arm, stage: arm.phase.duration / stage.duration),
+    "time": Objective("least time", lambda arm: arm.phase.duration / arm.stage.duration),
     "peak-root-reaction": Objective("least peak force at the root", root_reaction, power=2),
     "peak-root-moment": Objective("least peak moment about the root", peak_root_moment),
     "peak-root-momentum": Objective("least peak angular momentum at the root", peak_momentum),
@@ -136,40 +140,64 @@ OBJECTIVES: dict[str, Objective] = {
 
 
 @dataclass(frozen=True, eq=False)
-class StatedStage:
-    """The problem of a stage, and what its refinement changes: constants of it.
+class StatedMotion:
+    """The problem of a motion, and what its refinement changes: constants of it.
+
+    A motion is a list of phases in which joints turn, each with a lock behind it. A stage is one.
 
     Attributes
     ----------
     problem : Problem
-    arm : ArmPhase
-    stage : as it was stated; a least time ends in another duration.
+    arms : the phases in which joints turn, in order; each joint turns in one of them.
     objective : what is least.
     weight : of the smoothness; None where none is to be changed.
     power : of the quantity in what is least.
     """
 
     problem: Problem
-    arm: ArmPhase
-    stage: Stage
+    arms: tuple[ArmPhase, ...]
     objective: str
     weight: Constant | None = None
     power: int = 1
 
     @property
+    def arm(self) -> ArmPhase:
+        """The first phase; that of a stage."""
+        return self.arms[0]
+
+    @property
+    def stage(self) -> Stage:
+        """Its stage as it was stated; a least time ends in another duration."""
+        return self.arm.stage
+
+    @property
+    def size(self) -> int:
+        """Length of an aim: coordinates and rates of all phases."""
+        return sum(2 * arm.model.size for arm in self.arms)
+
+    @property
+    def drives(self) -> dict[int, tuple[ArmPhase, State]]:
+        """Phase and torque of each joint that turns."""
+        return {k: (arm, state) for arm in self.arms for k, state in arm.torque.items()}
+
+    @property
     def capped(self) -> bool:
         """Whether a torque has a limit."""
-        return any(np.isfinite(state.upper) for state in self.arm.torque.values())
+        return any(np.isfinite(state.upper) for _, state in self.drives.values())
 
     def constants(self, weight: float, aim: Array | None) -> dict[Constant, float]:
-        """Values of the constants at a weight and an aim (2 n,) beside rest, see `aim`."""
-        values = {} if aim is None else self.arm.aimed(aim)
-        return values if self.weight is None else values | {self.weight: weight}
+        """Values of the constants at a weight and an aim (`size`,) beside rest, see `aim`."""
+        values = {} if self.weight is None else {self.weight: weight}
+        if aim is not None:
+            aims = [constant for arm in self.arms for constant in arm.aims]
+            pairs = zip(aims, aim.tolist(), strict=True)
+            values |= {constant: value for constant, value in pairs if constant is not None}
+        return values
 
 
 def problem(
     stage: Stage, caps: TorqueCaps, objective: str = "smoothest", *, left: float | None = None
-) -> StatedStage:
+) -> StatedMotion:
     """The best motion of a stage under its caps: the one statement of all questions to the arm.
 
     For least time the stage must last long enough for its caps: the duration is only shortened.
@@ -186,12 +214,12 @@ def problem(
         end = Between(shortest * duration, longest * duration, duration)
     arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end, left=left)
 
-    least, weight = chosen.build(arm, stage), None
+    least, weight = chosen.build(arm), None
     if chosen.smoothing:
         weight = Constant("weight of the smoothness", "1", chosen.smoothing)
-        least = least + weight * smoothness(arm, stage)
+        least = least + weight * smoothness(arm)
     stated = Problem(f"{stage.name} arm", [arm.phase], minimise=least, bounds=arm.bounds)
-    return StatedStage(stated, arm, stage, objective, weight, chosen.power)
+    return StatedMotion(stated, (arm,), objective, weight, chosen.power)
 
 
 def first_duration(stage: Stage, caps: TorqueCaps) -> float:

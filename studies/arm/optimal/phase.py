@@ -73,21 +73,21 @@ class Drives:
 
 @dataclass(frozen=True, eq=False)
 class ArmPhase:
-    """A phase with the signals that its expressions are made of.
+    """A phase in which joints turn, up to their lock, with the signals of its expressions.
 
     Attributes
     ----------
     phase : Phase
-    model : ReducedArm
+    stage : as it was stated; a free duration ends in another one.
     q, v : states of the reduced arm.
     drives : Drives
     acceleration : expressions of the rates of `v`.
     bounds : on the end of the phase, of the problem.
-    aims : where q and v end beside rest, in their order; None of those whose energy is bounded.
+    aims : where q and v end beside rest, in their order; None of those that are not stated.
     """
 
     phase: Phase
-    model: ReducedArm
+    stage: Stage
     q: tuple[State, ...]
     v: tuple[State, ...]
     drives: Drives
@@ -96,14 +96,14 @@ class ArmPhase:
     aims: tuple[Constant | None, ...] = ()
 
     @property
+    def model(self) -> ReducedArm:
+        """B21 while the stage runs."""
+        return self.stage.model
+
+    @property
     def torque(self) -> Mapping[int, State]:
         """Torques by driven joint."""
         return self.drives.torque
-
-    def aimed(self, aim: Array) -> dict[Constant, float]:
-        """Values of `aims` that end the phase at an aim (2 n,) beside rest, see `aim`."""
-        values = zip(self.aims, map(float, aim), strict=True) if self.aims else ()
-        return {constant: value for constant, value in values if constant is not None}
 
 
 def column(signals: Iterable[Any]) -> Any:
@@ -124,7 +124,8 @@ def arm_phase(
 ) -> ArmPhase:
     """Rest to rest of a stage, torques zero at both ends.
 
-    Where rest is stated by values, constants of the problem move them, see `ArmPhase.aims`.
+    Where rest is stated by values, constants of the problem move them, see `ArmPhase.aims`: what
+    the full model misses by is the next solve's aim.
 
     Parameters
     ----------
@@ -149,19 +150,18 @@ def arm_phase(
     drives = torque_signals(stage, caps)
     acceleration = accelerations(model, q, v, drives)
 
-    aimed = left is None
+    to_rest = left is None
     initial, rest, left = _boundary(stage, q, v, drives.states, left)
-    final: dict[State, Any] = dict(rest)
-    aims: tuple[Constant | None, ...] = ()
-    if aimed:
-        # where the energy of the end is bounded its angles are still stated
-        stated = (*(left is None or state in rest for state in q), *(left is None for _ in v))
-        aims = tuple(
-            Constant(f"aim of {state.name}", state.unit, 0.0) if is_stated else None
-            for state, is_stated in zip((*q, *v), stated, strict=True)
-        )
-        pairs = zip((*q, *v), aims, strict=True)
-        final |= {state: rest[state] + at for state, at in pairs if at is not None}
+    # where the energy of the end is bounded its angles are still stated
+    stated = (*(left is None or state in rest for state in q), *(left is None for _ in v))
+    aims = tuple(
+        Constant(f"aim of {state.name}", state.unit, 0.0) if to_rest and is_stated else None
+        for state, is_stated in zip((*q, *v), stated, strict=True)
+    )
+    pairs = zip((*q, *v), aims, strict=True)
+    final: dict[State, Any] = rest | {
+        state: rest[state] + at for state, at in pairs if at is not None
+    }
     if linked:
         initial = dict.fromkeys(drives.states, 0.0)
 
@@ -183,7 +183,7 @@ def arm_phase(
         guess=guess,
     )
     bounds = () if left is None else (at_rest(phase, model, q, v, left),)
-    return ArmPhase(phase, model, q, v, drives, acceleration, bounds, aims)
+    return ArmPhase(phase, stage, q, v, drives, acceleration, bounds, aims)
 
 
 def accelerations(
@@ -391,8 +391,9 @@ def slope_unit(stage: Stage, joint: int) -> float:
     return float(stage.torque_units[joint]) / stage.duration**2 * _BEND
 
 
-def smoothness(arm: ArmPhase, stage: Stage) -> Any:
+def smoothness(arm: ArmPhase) -> Any:
     """Mean square of the slopes of the torque rates over their typical size."""
+    stage = arm.stage
     total = sum((bend / slope_unit(stage, k)) ** 2 for k, bend in arm.drives.bend.items())
     return arm.phase.integral(total, "smoothness", "s") / stage.duration
 

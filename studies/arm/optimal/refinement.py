@@ -50,23 +50,33 @@ class Refined:
     Attributes
     ----------
     motion : OptimalMotion
-    replay : on the full model.
+    replays : of its stages on the full model.
     rounds : all of them, in order.
     residual : that the motion may leave [J].
     change : of the objective by the last halving of weight and interval, relative; nan if that
         failed, zero where nothing is weighed.
-    finer : replay on a finer full model, None where none was asked for.
+    finer : replays on a finer full model, None where none was asked for.
     lost : part of the objective by which a lighter smoothness is better, whose residual no finer
         full model confirms; zero where the lightest one is taken.
     """
 
     motion: OptimalMotion
-    replay: LockedMotion
+    replays: tuple[LockedMotion, ...]
     rounds: tuple[Round, ...]
     residual: float
     change: float = 0.0
-    finer: LockedMotion | None = None
+    finer: tuple[LockedMotion, ...] | None = None
     lost: float = 0.0
+
+    @property
+    def replay(self) -> LockedMotion:
+        """Of the last stage: that of a motion of one."""
+        return self.replays[-1]
+
+    @property
+    def left(self) -> float:
+        """The most that a lock leaves [J]."""
+        return most_left(self.replays)
 
     @property
     def settled(self) -> bool:
@@ -76,14 +86,15 @@ class Refined:
     @property
     def still(self) -> bool:
         """Whether the full model is left with no more than was allowed."""
-        return self.replay.residual_energy <= self.residual
+        return self.left <= self.residual
 
     @property
     def disagreement(self) -> float:
         """By how much a finer full model is left with another energy [J]; nan without one."""
         if self.finer is None:
             return float("nan")
-        return abs(self.finer.residual_energy - self.replay.residual_energy)
+        pairs = zip(self.finer, self.replays, strict=True)
+        return max(abs(finer.residual_energy - one.residual_energy) for finer, one in pairs)
 
     @property
     def confirmed(self) -> bool:
@@ -99,16 +110,17 @@ class Refined:
 
 @dataclass(frozen=True, eq=False)
 class _TriedMotion:
-    """A motion of a stage with its replay, and where the next one is to be aimed."""
+    """A motion with its replays, and where the next one is to be aimed."""
 
     motion: OptimalMotion
-    replay: LockedMotion
+    replays: tuple[LockedMotion, ...]
     aim: Array
 
     @property
     def entry(self) -> Round:
-        motion, left = self.motion, self.replay.residual_energy
-        return Round(motion.intervals, motion.weight, motion.objective, left, self.replay.miss)
+        motion, missed = self.motion, max(one.miss for one in self.replays)
+        left = most_left(self.replays)
+        return Round(motion.intervals, motion.weight, motion.objective, left, missed)
 
 
 def refine(
@@ -142,18 +154,16 @@ def refine(
         Where replays go to, and where those of an earlier run are read.
     """
     looked = _Rounds(residual, drive, solver, say, live, kept)
-    first = looked.tried(motion, np.zeros(2 * motion.stage.model.size))
-    lighter = LIGHTER[ELBOW in motion.stage.moving]
+    first = looked.tried(motion, np.zeros(motion.stated.size))
+    lighter = LIGHTER[ELBOW in motion.torques]
     answers, rounds, change = refined(first, looked.again, ASKED * residual, lighter)
 
-    stated = functools.partial(
-        _stated, residual=residual, drive=drive, elements=elements, live=live
-    )
-    found = confirmed((stated(answer.motion, rounds, change) for answer in answers), say)
+    stated = functools.partial(looked.stated, change=change, elements=elements)
+    found = confirmed((stated(answer.motion, rounds) for answer in answers), say)
     if found.confirmed or elements is None or not found.settled:
         return found
     others = (
-        replace(stated(tried.motion, all_rounds, change), lost=lost)
+        replace(stated(tried.motion, all_rounds), lost=lost)
         for tried, all_rounds, lost in calmer(answers, rounds, residual, looked.again)
     )
     return next((other for other in others if other.confirmed), found)
@@ -201,16 +211,7 @@ def aimed_at_rest(
         return found
 
     best = aimed(first, ASKED * residual, rounds, again)
-    stated = _stated(
-        best.motion,
-        tuple(rounds),
-        float("nan"),
-        residual=residual,
-        drive="torque",
-        elements=None,
-        live=live,
-    )
-    return stated, best.aim
+    return looked.stated(best.motion, tuple(rounds), float("nan")), best.aim
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,17 +230,17 @@ class _Rounds:
         steps = rough_steps_for(self.residual, self.drive)
         if self.kept is not NOTHING_KEPT:
             motion = replace(motion, kept=self.kept)
-        replayed = motion.replay(self.drive, settings=steps)
-        next_aim = aim - beside_rest(motion.stage, replayed.run.before)
-        motion, replayed = _corrected(motion, replayed, self.residual, self.drive, steps)
-        found = _TriedMotion(motion, replayed, next_aim)
+        replays = motion.replays(self.drive, settings=steps)
+        next_aim = aim - np.concatenate([beside_rest(one) for one in replays])
+        motion, replays = _corrected(motion, replays, self.residual, self.drive, steps)
+        found = _TriedMotion(motion, replays, next_aim)
         if self.say is not None:
-            self.say(sentence(found.entry, motion.stage.name))
+            names = " and ".join(stage.name for stage in motion.stages)
+            self.say(_sentence(found.entry, names))
         return found
 
     def again(self, from_: _TriedMotion, weight: float, finer: bool) -> _TriedMotion | None:
         """The next one from a motion; None where the solver gives up."""
-        intervals = from_.motion.intervals * (2 if finer else 1)
         # far from rest a motion swings as its mesh lets it: where that ends, and its multipliers,
         # say nothing of a finer mesh
         astray = finer and not near(from_, self.residual)
@@ -249,7 +250,7 @@ class _Rounds:
                 from_.motion,
                 weight=weight,
                 aim=aim,
-                intervals=intervals,
+                finer=2.0 if finer else 1.0,
                 multipliers=not astray,
                 progress=self.live,
                 solver=self.solver,
@@ -260,29 +261,24 @@ class _Rounds:
             return None
         return self.tried(solved, aim)
 
-
-def _stated(
-    motion: OptimalMotion,
-    rounds: tuple[Round, ...],
-    change: float,
-    *,
-    residual: float,
-    drive: Drive,
-    elements: int | None,
-    live: Progress | None,
-) -> Refined:
-    """A motion of the rounds, which were replayed roughly, with the replays that are stated."""
-    steps = steps_for(residual, drive)
-    replayed = motion.replay(drive, settings=steps)
-    if replayed.residual_energy > residual:
-        # where little is allowed, the rough replay that the rounds correct misses as much itself
-        motion, replayed = _corrected(motion, replayed, residual, drive, steps)
-    if elements is None:
-        return Refined(motion, replayed, rounds, residual, change)
-    if live is not None:
-        live("replaying on a finer full model")
-    finer = motion.replay(drive, elements=elements, settings=steps)
-    return Refined(motion, replayed, rounds, residual, change, finer)
+    def stated(
+        self,
+        motion: OptimalMotion,
+        rounds: tuple[Round, ...],
+        change: float,
+        elements: int | None = None,
+    ) -> Refined:
+        """A motion of the rounds, which were replayed roughly, with the replays that are stated."""
+        steps = steps_for(self.residual, self.drive)
+        replays, finer = motion.replays(self.drive, settings=steps), None
+        if most_left(replays) > self.residual:
+            # where little is allowed, the rough replay that the rounds correct misses as much
+            motion, replays = _corrected(motion, replays, self.residual, self.drive, steps)
+        if elements is not None:
+            if self.live is not None:
+                self.live("replaying on a finer full model")
+            finer = motion.replays(self.drive, elements=elements, settings=steps)
+        return Refined(motion, replays, rounds, self.residual, change, finer)
 
 
 def calmer(
@@ -324,11 +320,16 @@ def confirmed(candidates: Iterable[Refined], say: Progress | None = None) -> Ref
         if found.confirmed:
             return found
         if say is not None and found.finer is not None:
-            left, finer = found.replay.residual_energy, found.finer.residual_energy
-            say(f"left with {left:.2e} J, and {finer:.2e} J on a finer full model")
+            finer = most_left(found.finer)
+            say(f"left with {found.left:.2e} J, and {finer:.2e} J on a finer full model")
         first = first or found
     assert first is not None
     return first
+
+
+def most_left(replays: Iterable[LockedMotion]) -> float:
+    """The most that a lock leaves [J]."""
+    return max(one.residual_energy for one in replays)
 
 
 def agreement(residual: float) -> float:
@@ -337,33 +338,37 @@ def agreement(residual: float) -> float:
 
 
 def _corrected(
-    motion: OptimalMotion, replayed: LockedMotion, residual: float, drive: Drive, steps: StepControl
-) -> tuple[OptimalMotion, LockedMotion]:
+    motion: OptimalMotion,
+    replays: tuple[LockedMotion, ...],
+    residual: float,
+    drive: Drive,
+    steps: StepControl,
+) -> tuple[OptimalMotion, tuple[LockedMotion, ...]]:
     """The motion with a little torque added, as far as that brings the full model nearer to rest.
 
     A motion that needs much more torque, or breaks a limit with it, is left as it is; so is one
     under angles, of both joints, or so slow that it hardly stirs the modes.
     """
-    if drive != "torque" or len(motion.stage.moving) > 1 or is_slow(motion.stage):
-        return motion, replayed
-    best, still = motion, replayed
+    if drive != "torque" or len(motion.torques) > 1 or is_slow(motion.stage):
+        return motion, replays
+    best, still = motion, replays
     for _ in range(CORRECTIONS):
         # well below what is allowed: a finer full model then agrees, too
-        if not AGREE * residual < still.residual_energy <= HOPELESS * residual:
+        if not AGREE * residual < most_left(still) <= HOPELESS * residual:
             break
-        more = correction(motion.stage, still.run.before)
+        more = correction(motion.stage, still[0].run.before)
         added = added_to(more, best.added) if best.added else more
         tried = replace(motion, added=added)
         if tried.added_share > ADDED or not tried.within_limits:
             break
-        again = tried.replay("torque", settings=steps)
-        if again.residual_energy > 0.5 * still.residual_energy:
+        again = tried.replays("torque", settings=steps)
+        if most_left(again) > 0.5 * most_left(still):
             break
         best, still = tried, again
     return best, still
 
 
-def sentence(entry: Round, name: str) -> str:
+def _sentence(entry: Round, name: str) -> str:
     """A line of progress."""
     weight = f", smoothness at {entry.weight:.2g}" if entry.weight else ""
     objective = f", {entry.objective:.5g} of the rigid arm's" if entry.weight else ""

@@ -1,8 +1,8 @@
-"""Solve a stage on B21, and refuse what cannot be met before that."""
+"""Solve a motion on B21, and refuse what cannot be met before that."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -10,14 +10,14 @@ import numpy as np
 from models.arm.reduced_simulation import reduced_modes
 from models.laws.unit_turns import quintic
 from models.numerics import gauss_legendre
-from ocp import Interrupted, NumericalTrouble, OcpError, Solution, Trajectory, solve
+from ocp import Interrupted, NumericalTrouble, OcpError, Settings, Solution, Trajectory, solve
 from ocp.arrays import Array
 from studies.arm.laws.rigid import feed_forward
 from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import OBJECTIVES, StatedStage, first_duration, problem
+from studies.arm.optimal.objectives import OBJECTIVES, StatedMotion, first_duration, problem
 from studies.arm.optimal.phase import quasi_static
-from studies.arm.optimal.solver import settings, stage_mesh
+from studies.arm.optimal.solver import mesh_of, settings
 from studies.arm.search_limits import (
     ATTEMPTS,
     INTERVALS,
@@ -34,6 +34,7 @@ LEAST_ADVISED = 10.0  # [s]; no one deploys such an arm faster, so no hint says 
 # Where both joints turn, these are found from a rigid arm's motion. From there a least peak is not
 # found, and the smoothest torque either not or a far rougher one.
 _FROM_A_RIGID_ARM = ("energy", "time")
+_ATTEMPTS = tuple((finer, settings(barrier)) for finer, barrier in ATTEMPTS)
 _INSTANTS = 51  # at which the bending of a quintic step is looked at
 _RIGID_BOUND, _RIGID_RATE = 4.0, 32.0  # least peaks of torque and rate, in J D/T^2 and J D/T^3
 
@@ -83,7 +84,7 @@ def solve_stage(
 
     stated = problem(stage, caps, objective)
     weight = OBJECTIVES[objective].smoothing
-    return _solved(name, stated, weight, None, intervals, guess, progress, solver, at_least)
+    return solved(name, stated, weight, None, (intervals,), guess, progress, solver, at_least)
 
 
 def solve_again(
@@ -91,8 +92,8 @@ def solve_again(
     *,
     weight: float,
     aim: Array,
-    intervals: int,
-    stated: StatedStage | None = None,
+    finer: float = 1.0,
+    stated: StatedMotion | None = None,
     multipliers: bool = True,
     progress: Progress | None = None,
     solver: Solve = solve,
@@ -104,10 +105,11 @@ def solve_again(
     motion : OptimalMotion
     weight : float
         Of the smoothness.
-    aim : (2 n,)
-        Where the end is beside rest, see `aim`.
-    intervals : int
-    stated : StatedStage, optional
+    aim : (m,)
+        Where the stages end beside rest, see `aim`.
+    finer : float
+        Intervals over those of the motion.
+    stated : StatedMotion, optional
         Another problem, such as that of a shorter stage; the motion's own by default.
     multipliers : bool
         Whether the motion's may start the solver, too, where problem, weight and mesh are its own.
@@ -122,37 +124,48 @@ def solve_again(
     """
     # Multipliers help where only the aim is another: then a few iterations do. On a finer mesh, or
     # at another weight, most of them are wrong, and a start without any takes fewer iterations.
-    alike = stated is None and weight == motion.weight and intervals == motion.intervals
+    alike = stated is None and weight == motion.weight and finer == 1.0
     start = motion.solution if multipliers and alike else motion.trajectory
-    return _solved(
-        motion.name, stated or motion.stated, weight, aim, intervals, start, progress, solver
+    counts = [round(finer * count) for count in motion.counts]
+    return solved(
+        motion.name, stated or motion.stated, weight, aim, counts, start, progress, solver
     )
 
 
-def _solved(
+def solved(
     name: str,
-    stated: StatedStage,
+    stated: StatedMotion,
     weight: float,
     aim: Array | None,
-    intervals: int,
-    guess: Solution | Trajectory | None,
-    progress: Progress | None,
-    solver: Solve,
+    intervals: Sequence[int],
+    guess: Solution | Trajectory | None = None,
+    progress: Progress | None = None,
+    solver: Solve = solve,
     at_least: int = 0,
+    attempts: Sequence[tuple[float, Settings]] = _ATTEMPTS,
 ) -> OptimalMotion:
+    """Solve what is stated on one mesh, or on a finer one where that fails.
+
+    `attempts` are how many times as many intervals, with which settings.
+
+    Raises
+    ------
+    StudyError
+        If the solver finds no motion.
+    """
     failure: OcpError | None = None
-    for finer, barrier in ATTEMPTS:
-        if round(finer * intervals) < at_least:
+    for finer, how in attempts:
+        counts = [round(finer * count) for count in intervals]
+        if sum(counts) < at_least:
             continue
-        mesh = stage_mesh(stated.objective, round(finer * intervals), capped=stated.capped)
         try:
             solution = solver(
                 stated.problem,
-                settings=settings(barrier),
+                settings=how,
                 guess=guess,
                 constants=stated.constants(weight, aim),
                 progress=progress,
-                mesh=mesh,
+                mesh=mesh_of(stated, counts),
             )
         except Interrupted as error:
             raise KeyboardInterrupt from error
@@ -161,9 +174,10 @@ def _solved(
             continue
         return OptimalMotion(name, stated, solution, weight)
 
+    names = " and ".join(f"'{arm.stage.name}'" for arm in stated.arms)
+    stages = "stage" if len(stated.arms) == 1 else "stages"
     raise StudyError(
-        f"no motion of the stage '{stated.stage.name}' was found: {in_words(failure)}",
-        ExitCode.NOT_SOLVED,
+        f"no motion of the {stages} {names} was found: {in_words(failure)}", ExitCode.NOT_SOLVED
     )
 
 

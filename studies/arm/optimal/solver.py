@@ -7,12 +7,14 @@ were too high.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 
 from ocp import FixedMesh, Ipopt, Mesh, Radau, Settings
 from ocp.mesh.mesh import PhaseMesh, uniform
+from studies.arm.optimal.objectives import StatedMotion
 from studies.arm.search_limits import ITERATIONS, ROBUST_ITERATIONS
 
 DEGREE = 4
@@ -27,16 +29,16 @@ _VIOLATION = 1e-8
 _GRADING = 0.9
 
 
-def stage_mesh(objective: str, intervals: int, *, capped: bool = False) -> Mesh:
-    """Mesh of one stage; even where nothing turns the torque at once, neither objective nor cap."""
-    even = objective == "smoothest" and not capped
-    return Mesh((uniform(intervals, DEGREE) if even else graded(intervals),))
-
-
-def sequence_mesh(intervals: tuple[int, int, int]) -> Mesh:
-    """Meshes of big arm, dwell and small arm, those of the motions finer where torques turn."""
-    first, dwell, second = intervals
-    return Mesh((graded(first), uniform(dwell, DEGREE), graded(second)))
+def mesh_of(stated: StatedMotion, intervals: Sequence[int]) -> Mesh:
+    """Meshes of all phases; even where nothing turns a torque at once, neither goal nor cap."""
+    calm = stated.objective == "smoothest" and not stated.capped
+    turning = () if calm else tuple(arm.phase.name for arm in stated.arms)
+    return Mesh(
+        tuple(
+            graded(count) if phase.name in turning else uniform(count, DEGREE)
+            for phase, count in zip(stated.problem.phases, intervals, strict=True)
+        )
+    )
 
 
 def graded(intervals: int) -> PhaseMesh:

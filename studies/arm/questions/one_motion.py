@@ -13,14 +13,15 @@ from models.ancf.analysis import natural_modes
 from models.ancf.joints import Locked
 from models.ancf.state import posed
 from models.errors import ModelError
+from models.laws.unit_turns import quintic
 from ocp import Solution
 from studies.arm.config import ArmStudy, as_dictionary
+from studies.arm.laws.rigid import feed_forward
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.objectives import first_duration
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import Refined, refine
-from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
 from studies.arm.optimal.solve import check_bending, check_caps, solve_stage
 from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import (
@@ -44,7 +45,6 @@ from studies.arm.report.profile import (
 from studies.arm.report.quantities import (
     ASSUMPTIONS,
     Metric,
-    both_joints_quantities,
     caps_by_quantity,
     criteria,
     off_time_quantities,
@@ -68,6 +68,7 @@ LAWS = ("Step5", "Bezier")
 """The paper's own laws, beside which the optimum's costs are seen."""
 FINER = 3  # halves of the elements of a link, on which the residual is found again
 _AFTER = 401  # instants of the quarter of a stage that is followed after the lock
+_DENSE = 1001  # instants at which a peak is looked for
 _LONG = 30.0  # seconds of the processor, from which on a motion says why it took them
 
 
@@ -116,7 +117,7 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedSteps) -> Resu
     refined = _refined(study, console, kept, solves)
     stage = refined.motion.stage  # least time has its own duration
     replayed = _followed_replay(study, refined)
-    refined = dataclasses.replace(refined, replay=replayed)
+    refined = dataclasses.replace(refined, replays=(replayed,))
     history = loads(replayed)
 
     # the optimum's own column of the table, then those of the laws beside it
@@ -198,7 +199,7 @@ def _column_of_optimum(
         metrics += optimum_quantities(refined.motion, refined.replay)
     except ModelError as error:
         raise StudyError(str(error)) from error
-    metrics += _asked_besides(study, refined, history)
+    metrics += off_time_quantities(refined.replay)
     title = f"residual energy of the profile sampled every {profile.step:.4g} s"
     return [*metrics, Metric("sampled_residual_energy", title, "J", profile.residual_energy)]
 
@@ -263,26 +264,16 @@ def _refined(
 
 def duration_to_try(stage: Stage, caps: TorqueCaps) -> str:
     """What to do where no motion was found: how long a rigid arm takes if torque caps are low."""
-    longer = quintic_duration(stage, caps)
+    times = np.linspace(0.0, stage.duration, _DENSE)
+    peaks = np.abs(feed_forward(stage, quintic(stage.duration))(times)).max(axis=1)
+    over = [float(peaks[k]) / cap for k in stage.moving if (cap := caps.torque[k]) is not None]
+    longer = stage.duration * max(over, default=0.0) ** 0.5  # torques fall as 1/T^2
     if longer <= stage.duration:
         return "; on the command line: give a longer duration, higher caps or another objective"
-    least = least_rigid_duration(stage, caps)
-    # what is no longer than the duration that failed is no advice
-    advised = least is not None and least > stage.duration
-    shortest = f"{least:.4g} s on the shortest motion found, " if advised else ""
     return (
-        f"; under this torque cap a rigid arm takes {shortest}{longer:.4g} s on the quintic step: "
-        "give such a duration or a higher cap"
+        f"; under this torque cap a rigid arm takes {longer:.4g} s on the quintic step: give such "
+        "a duration or a higher cap"
     )
-
-
-def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Metric]:
-    """What the optimum leaves where something is not as planned."""
-    replayed = refined.replay
-    entries = off_time_quantities(replayed)
-    if len(study.slew.moving) > 1:
-        entries += both_joints_quantities(refined.motion)
-    return entries
 
 
 def _baseline(stage: Stage, name: str, drive: Drive, console: Console) -> LockedMotion:

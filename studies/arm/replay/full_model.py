@@ -5,7 +5,8 @@ Residual energy E_res: mechanical energy right after the lock, above the locked 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -26,6 +27,7 @@ from studies.arm.stage import ROOT, Stage
 Drive = Literal["torque", "angle"]
 ELEMENTS = 8  # of a link
 MODES = 3  # locked modes that are reported
+DWELL_SAMPLES = 101  # instants between a lock and the next motion
 SAMPLES = 2001  # even instants of the output, close enough for rates by splines through them
 # of order 13: a third fewer steps than of order 9, and less of an error where few are taken
 SMOOTH = StepControl(1e-9, stages=7)
@@ -152,6 +154,7 @@ def replay(
     lock_at: float | None = None,
     after: Array | None = None,
     modes: int = MODES,
+    previous: LockedMotion | None = None,
 ) -> LockedMotion:
     """Replay a motion on the full model and lock the joints that turned.
 
@@ -168,13 +171,18 @@ def replay(
         Instants of the motion after the lock, from the lock on [s].
     modes : int
         Number of locked modes to report.
+    previous : LockedMotion, optional
+        The motion before, from the end of whose `after` this one goes on; from rest by default.
     """
     stage = motion.stage
     end = stage.duration if lock_at is None else lock_at
 
     settings = settings or (JUMPS if motion.jumps else SMOOTH)
-    joints = stage.full_joints(dict(motion.joints))
-    start, times = stage.start_state(elements), sample_times(motion, end)
+    joints, start = stage.full_joints(dict(motion.joints)), stage.start_state(elements)
+    if previous is not None and previous.fixed.after is not None:
+        held, start = previous.fixed.engagement.joints, previous.fixed.after.final
+        joints = [motion.joints.get(k, joint) for k, joint in enumerate(held)]
+    times = sample_times(motion, end)
     before = simulate(stage.chain(elements), joints, start, times, settings=settings)
     lock = lock_on(stage, joints, before)
 
@@ -183,6 +191,26 @@ def replay(
         swinging = simulate(chain, lock.joints, lock.state, after, settings=settings)
     left = residual_energy(chain, lock.joints, lock.state)
     return LockedMotion(motion, LockedRun(before, lock, swinging, left), modes)
+
+
+def in_turn(
+    motions: Sequence[Motion],
+    dwells: Sequence[float],
+    *,
+    elements: int = ELEMENTS,
+    settings: StepControl | None = None,
+) -> tuple[LockedMotion, ...]:
+    """Motions one after the other, the arm locked between them for dwells [s]."""
+    found: list[LockedMotion] = []
+    for motion, dwell in itertools.zip_longest(motions, dwells):
+        end, after = motion.stage.duration, None
+        if dwell is not None:
+            after = np.linspace(end, end + dwell, DWELL_SAMPLES)
+        previous = found[-1] if found else None
+        found.append(
+            replay(motion, elements=elements, settings=settings, after=after, previous=previous)
+        )
+    return tuple(found)
 
 
 def followed(replayed: LockedMotion, after: Array) -> LockedMotion:

@@ -26,7 +26,6 @@ from studies.arm.replay.loads import (
     stress,
     work_drawn,
 )
-from studies.arm.replay.model_error import LAW, compare_models
 from studies.arm.replay.satellite import SatelliteMotion
 from studies.arm.stage import JOINT_NAMES
 from studies.common.arm_description import ArmDescription
@@ -296,24 +295,6 @@ def off_time_quantities(replayed: LockedMotion) -> list[Metric]:
             Metric(f"{word}_angle_miss", f"{head}: angle miss", "rad", off.miss),
             Metric(f"{word}_impulse", f"{head}: largest impulse", "N m s", off.impulse),
         ]
-    return entries
-
-
-def both_joints_quantities(motion: OptimalMotion) -> list[Metric]:
-    """What the models' errors do where both joints turn at once."""
-    entries = []
-    compared = compare_models(motion.stage)
-    for model, frequency in compared.frequency.items():
-        title = f"first frequency, both joints free, straight, {model}"
-        key = f"free_frequency_{model.replace(' ', '_')}"
-        entries.append(Metric(key, title, "Hz", frequency, "neither"))
-
-    left = motion.energy_on_B22
-    entries.append(Metric("residual_energy_B22", "residual energy on B22", "J", left, "neither"))
-    for model, energy in compared.residual_energy.items():
-        title = f"{LAW} instead: residual energy, {model}"
-        key = f"linear_torque_residual_energy_{model.replace(' ', '_')}"
-        entries.append(Metric(key, title, "J", energy, "neither"))
     return entries
 
 

@@ -5,7 +5,6 @@ import json
 import math
 from types import SimpleNamespace
 
-import casadi as ca
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -17,11 +16,10 @@ from models.arm.parameters import ArmParameters
 from models.errors import ModelError
 from models.laws.unit_turns import quintic
 from studies.arm.config import BaselinesStudy
-from studies.arm.laws.rigid import feed_forward, inertias, joint_motion, rigid_accelerations
+from studies.arm.laws.rigid import feed_forward, inertias
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.phase import arm_phase
 from studies.arm.optimal.refinement import FLOOR, Refined
-from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
 from studies.arm.optimal.rounds import Round
 from studies.arm.questions.baselines import Pair, compare_baselines, replay_law
 from studies.arm.questions.one_motion import duration_to_try
@@ -206,34 +204,6 @@ def test_a_cap_too_low_for_both_joints_names_a_duration_to_try():
     assert "22.4 s on the quintic step: give such a duration" in words  # torques fall as 1/T^2
     enough = duration_to_try(stage, TorqueCaps((1.01 * peaks[0], 1.01 * peaks[1])))
     assert "rigid arm" not in enough
-    assert "s on the shortest motion found" in duration_to_try(stage, TorqueCaps((2.0, 2.0)))
-    # a rigid arm takes less than the 11.2 s asked for: that is no advice
-    assert "shortest motion" not in duration_to_try(stage, TorqueCaps((5.0, 5.0)))
-
-
-def test_the_rigid_arms_equations_of_motion_invert_its_feed_forward():
-    stage, t = both_arms(11.2), np.linspace(0.0, 11.2, 23)
-    law = quintic(11.2)
-    angles, rates, wanted = joint_motion(stage, law, t)
-    phi, w, tau = ca.SX.sym("phi"), ca.SX.sym("w", 2), ca.SX.sym("tau", 2)
-    motion = rigid_accelerations(stage.arm, phi, ca.vertsplit(w), ca.vertsplit(tau))
-    found = ca.Function("a", [phi, w, tau], [ca.vertcat(*motion)]).map(len(t))
-    torques = feed_forward(stage, law)(t)
-    assert found(angles[1], rates, torques).full() == pytest.approx(wanted, abs=1e-12)
-
-
-def test_the_shortest_rigid_motion_of_both_joints_keeps_the_bound_of_its_energy():
-    # with E = kinetic energy, d sqrt(2 E)/dt <= a, the largest sqrt(tau' M^-1 tau) under the cap;
-    # sqrt(2 E) is the speed along the path in the metric M, whose length is at least d
-    stage, cap = both_arms(11.2), 5.0
-    A, B, C = inertias(stage.arm)
-    phi = np.linspace(0.0, np.pi, 2001)
-    m11, m12 = A + B + 2 * C * np.cos(phi), B + C * np.cos(phi)
-    det = A * B - (C * np.cos(phi)) ** 2
-    d = np.trapezoid(np.sqrt(det / m11), phi)
-    a = cap * np.sqrt((B + m11 + 2 * np.abs(m12)) / det).max()
-    least = least_rigid_duration(stage, TorqueCaps((cap, cap)))
-    assert 2 * np.sqrt(d / a) < least < quintic_duration(stage, TorqueCaps((cap, cap)))
 
 
 def test_baselines_that_miss_a_latch_are_named(big):
@@ -265,7 +235,7 @@ def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, cap
     done, _ = big
     refined = Refined(
         SimpleNamespace(reduced_energy=0.0),
-        done,
+        (done,),
         (Round(100, 0.0, 0.0, done.residual_energy),),
         1.0,
     )
@@ -298,7 +268,7 @@ def test_an_optimum_is_judged_beside_its_own_law(big, monkeypatch, asked, share,
     done, _ = big
     left = done.residual_energy
     refined = Refined(
-        SimpleNamespace(reduced_energy=0.0), done, (Round(100, 0.0, 0.0, left),), asked * left
+        SimpleNamespace(reduced_energy=0.0), (done,), (Round(100, 0.0, 0.0, left),), asked * left
     )
     pairs = [Pair(done, dataclasses.replace(refined, change=change), share)]
     monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
@@ -311,7 +281,9 @@ def test_an_optimum_is_judged_beside_its_own_law(big, monkeypatch, asked, share,
 
 def test_optima_that_were_found_are_kept_when_the_user_stops(big, monkeypatch):
     done, _ = big
-    refined = Refined(SimpleNamespace(reduced_energy=0.0), done, (Round(100, 0.0, 0.0, 0.0),), 1.0)
+    refined = Refined(
+        SimpleNamespace(reduced_energy=0.0), (done,), (Round(100, 0.0, 0.0, 0.0),), 1.0
+    )
     asked = []
 
     def found(*_):
@@ -337,7 +309,7 @@ def test_at_a_slow_pace_an_optimum_has_a_floor_to_stay_under(big, monkeypatch):
     done, _ = big
     refined = Refined(
         SimpleNamespace(reduced_energy=0.0),
-        done,
+        (done,),
         (Round(100, 0.0, 0.0, done.residual_energy),),
         1.0,
     )

@@ -261,7 +261,7 @@ def test_a_lock_that_may_meet_a_swing_needs_less_torque():
     stage = study.slew
     rest = solve_stage(stage, objective="peak-torque")
     none = np.zeros(2 * stage.model.size)
-    start = solve_again(rest, weight=1e-6, aim=none, intervals=rest.intervals)
+    start = solve_again(rest, weight=1e-6, aim=none)
     at = [subject._solved({"residual-energy": E}, "peak-torque", start, none) for E in (1e-4, 1e-2)]
     for point, limit in zip(at, (1e-4, 1e-2), strict=True):
         # the full model swings as the reduced one does, which is asked for 2 % less

@@ -11,10 +11,10 @@ import pytest
 from ocp import Problem, solve
 from studies.arm.config import ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import StatedStage
+from studies.arm.optimal.objectives import StatedMotion
 from studies.arm.optimal.phase import arm_phase
 from studies.arm.optimal.solve import check_caps, solve_stage
-from studies.arm.optimal.solver import settings, stage_mesh
+from studies.arm.optimal.solver import mesh_of, settings
 from studies.arm.replay.full_model import CLOSE, replay
 from studies.arm.replay.loads import loads
 from studies.arm.report.quantities import wheel_checks
@@ -63,9 +63,9 @@ def test_least_integral_of_the_torque_rate_squared(duration, left):
         rate = arm.drives.rate[ELBOW] * (duration / float(stage.torque_units[ELBOW]))
         least = arm.phase.integral(rate**2, "torque rate", "s") / duration
         stated = Problem("small arm", [arm.phase], minimise=least, bounds=arm.bounds)
-        mesh = stage_mesh("smoothest", 200)
-        solution = solve(stated, settings=settings("adaptive"), mesh=mesh)
-        plans.append(OptimalMotion("plan", StatedStage(stated, arm, stage, "smoothest"), solution))
+        motion = StatedMotion(stated, (arm,), "smoothest")
+        solution = solve(stated, settings=settings("adaptive"), mesh=mesh_of(motion, (200,)))
+        plans.append(OptimalMotion("plan", motion, solution))
     held, free = plans
     unplanned = replay_of(dataclasses.replace(held.motion("torque"), stage=free.stage))
     assert unplanned.residual_energy == pytest.approx(left, rel=2e-3)

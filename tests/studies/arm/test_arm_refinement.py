@@ -138,8 +138,8 @@ def test_a_finer_mesh_takes_neither_aim_nor_multipliers_from_what_is_far_from_re
     monkeypatch.setattr(room, "solve_again", solve_again)
     monkeypatch.setattr(room._Rounds, "tried", lambda self, motion, aim: aim)
     motion = SimpleNamespace(intervals=100, weight=1e-4, objective=1.0)
-    replay = SimpleNamespace(residual_energy=left, miss=0.0)
-    from_ = room._TriedMotion(motion, replay, np.full(2, 3.0))
+    replays = (SimpleNamespace(residual_energy=left, miss=0.0),)
+    from_ = room._TriedMotion(motion, replays, np.full(2, 3.0))
     rounds = room._Rounds(RESIDUAL, "torque", None, None, None)
     aim = rounds.again(from_, 1e-4, True)
     assert asked["multipliers"] is multipliers
@@ -185,9 +185,8 @@ def test_beside_the_best_motion_stands_one_that_is_as_good():
 
 
 def left(energy, finer):
-    replays = (SimpleNamespace(residual_energy=x) for x in (energy, finer))
-    replay, other = replays
-    return Refined(None, replay, (), RESIDUAL, 0.0, other)
+    replays, others = ((SimpleNamespace(residual_energy=x),) for x in (energy, finer))
+    return Refined(None, replays, (), RESIDUAL, 0.0, others)
 
 
 def test_of_motions_as_good_the_one_that_a_finer_model_confirms_is_taken():
@@ -236,20 +235,20 @@ def test_a_smoother_torque_stands_in_only_for_an_answer_that_is_settled(
 ):
     answer, smoother = Trial(1e-6, 200, 0, 4e-7, 1.0), Trial(4e-6, 200, 0, 5e-8, 1.004)
 
-    def stated(motion, rounds, change, **how):
+    def stated(self, motion, rounds, change, elements):
         finer = 9e-7 if motion is answer else 6e-8
-        replays = [SimpleNamespace(residual_energy=x) for x in (motion.left, finer)]
+        replays = [(SimpleNamespace(residual_energy=x),) for x in (motion.left, finer)]
         return Refined(motion, replays[0], rounds, RESIDUAL, change, replays[1])
 
     motions = [SimpleNamespace(motion=m, entry=m.entry) for m in (answer, smoother)]
     monkeypatch.setattr(room, "refined", lambda *given: ((motions[0],), (), change))
     monkeypatch.setattr(room, "calmer", lambda *given: iter([(motions[1], (), 0.004)]))
-    monkeypatch.setattr(room, "_stated", stated)
+    monkeypatch.setattr(room._Rounds, "stated", stated)
     monkeypatch.setattr(room, "_TriedMotion", lambda *given: motions[0])
-    monkeypatch.setattr(room, "sentence", lambda *given: "")
-    stage = SimpleNamespace(model=SimpleNamespace(size=1), moving=(0, 1), name="arm")
-    replay = SimpleNamespace(run=SimpleNamespace(before=None))
-    motion = SimpleNamespace(stage=stage, replay=lambda *given, **how: replay)
+    monkeypatch.setattr(room, "_sentence", lambda *given: "")
+    motion = SimpleNamespace(
+        stated=SimpleNamespace(size=2), torques=(0, 1), replays=lambda *given, **how: (None,)
+    )
     monkeypatch.setattr(room, "beside_rest", lambda *given: np.zeros(2))
 
     found = room.refine(motion, elements=12)

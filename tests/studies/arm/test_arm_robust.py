@@ -100,7 +100,7 @@ def test_a_motion_that_goes_to_another_process_is_the_same(drive):
     stage = STAGES["big"]
     run = pushed(stage)[1]
     torques = {0: PPoly(np.array([[-8.0], [4.0], [0.0]]), [0.0, 0.5])}
-    of_drive = torque_joints(torques, 0.5) if drive == "torque" else angle_joints(run, torques)
+    of_drive = torque_joints(torques) if drive == "torque" else angle_joints(run, torques)
     given = Motion("wave", drive, stage, dict(of_drive))
     there = pickle.loads(pickle.dumps(given))
     assert there.stage == stage
@@ -117,7 +117,7 @@ def test_a_motion_that_goes_to_another_process_is_the_same(drive):
 
 def test_a_replay_and_its_samples_come_back_from_another_process():
     curve = PPoly(np.array([[-8.0], [4.0], [0.0]]), [0.0, 0.5])
-    given = Motion("wave", "torque", STAGES["big"], dict(torque_joints({0: curve}, 0.5)))
+    given = Motion("wave", "torque", STAGES["big"], dict(torque_joints({0: curve})))
     profile = sampled_to(replay(given, elements=4), 1.0, step=0.05, elements=4)
     there = pickle.loads(pickle.dumps(profile))
     assert there.exact.residual_energy == profile.exact.residual_energy

@@ -6,45 +6,43 @@ import numpy as np
 import pytest
 
 from ocp import Interrupted, SolveFailed
-from studies.arm.questions.sequence import solve as solving
-from studies.arm.questions.sequence.refinement import RefinedSequence
+from studies.arm.optimal.refinement import Refined
+from studies.arm.optimal.solve import solved
+from studies.arm.questions.sequence.problem import sequence, sequence_problem
 from studies.arm.questions.sequence.study import check_rest
 from studies.arm.report import comparison_figures
-from studies.arm.stage import big_arm, small_arm
 from studies.common.exit_codes import ExitCode, StudyError
 
 
 def found(left):
-    return RefinedSequence(None, SimpleNamespace(left=left), ((), (), ()), 1e-6, 0.0)
+    replays = tuple(SimpleNamespace(residual_energy=energy) for energy in (1e-8, left))
+    return Refined(None, replays, ((), (), ()), 1e-6)
 
 
 def test_a_sequence_that_no_mesh_resolves_is_not_replayed_more_finely():
     with pytest.raises(StudyError, match=r"best of 3 rounds leaves 2\.80e-04 J") as refused:
-        check_rest(found(2.8e-4))
+        check_rest(found(2.8e-4), late=False)
     assert refused.value.exit_code is ExitCode.NOT_SOLVED
 
 
 @pytest.mark.parametrize("left", [5e-7, 5e-6])
 def test_a_sequence_near_rest_is_stated(left):
-    check_rest(found(left))
+    check_rest(found(left), late=False)
 
 
 @pytest.mark.parametrize(
     ("failure", "said"),
     [(SolveFailed("none"), StudyError), (Interrupted("stopped"), KeyboardInterrupt)],
 )
-def test_a_stage_alone_that_is_not_found_is_said_in_a_sentence(failure, said, monkeypatch):
-    """What was found of the sequence until then is kept, as the study leaves such a part out."""
-
+def test_a_motion_that_is_not_found_is_said_in_a_sentence(failure, said):
     def fail(*_, **__):
         raise failure
 
-    monkeypatch.setattr(solving, "stage_alone", lambda *_: None)
-    case = SimpleNamespace(first=big_arm(), second=small_arm(), moving_time=20.0)
+    stated = sequence_problem(sequence(198.0, 10.0))
     with pytest.raises(said) as caught:
-        solving.alone(case, cap=10.0, solver=fail)
+        solved("sequence", stated, 1e-5, None, (4, 2, 4), solver=fail)
     if said is StudyError:
-        assert str(caught.value).startswith("no motion of the big arm alone was found")
+        assert str(caught.value).startswith("no motion of the stages 'big' and 'small' was found")
         assert caught.value.exit_code is ExitCode.NOT_SOLVED
 
 

@@ -18,10 +18,9 @@ import studies.flex
 from models.ancf.integrate import StepControl
 from studies.arm import ArmStudy, SequenceStudy
 from studies.arm import run as run_arm
+from studies.arm.optimal.refinement import Refined
 from studies.arm.questions.sequence import profile, study
-from studies.arm.questions.sequence import replay as sequence_replay
-from studies.arm.questions.sequence.refinement import RefinedSequence
-from studies.arm.questions.sequence.solve import solve_sequence
+from studies.arm.replay import full_model
 from studies.common.console import Console
 from studies.report.page import page, shown
 from studies.truss import run as run_truss
@@ -58,15 +57,16 @@ def arm():
 def sequence():
     """In a tenth of the time, on a coarse mesh, with a coarse replay that sees much left."""
     coarse = StepControl(1e-5)
-    replayed = partial(sequence_replay.replay_sequence, elements=3, settings=coarse)
+    replayed = partial(full_model.in_turn, elements=3, settings=coarse)
 
-    def refined(solved, *, residual, **_):
-        return RefinedSequence(solved, replayed(solved.law), (), residual, 0.0)
+    def refined(motion, *, residual, **_):
+        replays = replayed(motion.motions("torque"), motion.dwells)
+        return Refined(motion, replays, (), residual)
 
     with (
-        mock.patch.object(study, "solve_sequence", partial(solve_sequence, intervals=(40, 5, 50))),
-        mock.patch.object(study, "refine_sequence", refined),
-        mock.patch.object(study, "replay_sequence", lambda law, *_: replayed(law)),
+        mock.patch.object(study, "SEQUENCE_INTERVALS", (40, 5, 50)),
+        mock.patch.object(study, "refine", refined),
+        mock.patch.object(study, "in_turn", lambda law, dwells, **_: replayed(law, dwells)),
         mock.patch.object(profile, "steps_for", return_value=coarse),
     ):
         question = SequenceStudy(total=19.8, dwell=1.0, sample_time=0.05, residual_energy=0.2)

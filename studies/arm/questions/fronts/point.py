@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from ocp import slopes_by_multipliers
 from ocp.arrays import Array
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import StatedStage, problem
+from studies.arm.optimal.objectives import StatedMotion, problem
 from studies.arm.optimal.phase import MARGIN
 from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import deflections
@@ -60,7 +60,7 @@ class Demand:
             limits.get(RESIDUAL_ENERGY),
         )
 
-    def stated(self, least: str) -> StatedStage:
+    def stated(self, least: str) -> StatedMotion:
         """The problem of the motion that is best in a quantity."""
         return problem(self.stage, self.caps, least, left=self.left)
 
@@ -102,7 +102,7 @@ def slopes_of(
     ----------
     asked : energy that B21 was asked to leave at most, where that is limited [J].
     """
-    by, phase = slopes_by_multipliers(motion.solution), motion.arm.phase.name
+    by, phase = slopes_by_multipliers(motion.solution), motion.stated.arm.phase.name
     found = {}
     for name, limit in limits.items():
         if name == "time":
@@ -113,7 +113,7 @@ def slopes_of(
             assert asked is not None
             slope = by[f"energy left by {phase} upper"] * math.sqrt(ASKED_ENERGY / (asked * limit))
         else:
-            caps = [state.name for state in motion.arm.torque.values()]
+            caps = [state.name for state in motion.stated.arm.torque.values()]
             slope = (1.0 - MARGIN) * sum(by[f"{name} upper"] - by[f"{name} lower"] for name in caps)
         found[name] = float(slope * (1.0 - motion.smoothness_share) * unit_of(motion))
     return found

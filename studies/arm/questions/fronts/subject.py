@@ -264,20 +264,18 @@ class ArmFront:
         """The best motion under limits from another; `coarser` undoes its mesh's last halving."""
         halves = 2 if coarser else 1
         demand = Demand.of(self.study.slew, limits)
-        weight, intervals = halves * start.weight, start.intervals // halves
+        weight, finer = halves * start.weight, 1.0 / halves
         try:
-            found = self._once(start, demand, least, weight, intervals, aim)
+            found = self._once(start, demand, least, weight, finer, aim)
         except _NotStillError:
             # near the least torque its edges are sharp and stir modes that B21 lacks: no aim and
             # no finer mesh takes that away
-            return self._kept(
-                self._once(start, demand, least, CALMER * weight, intervals, aim), limits
-            )
+            return self._kept(self._once(start, demand, least, CALMER * weight, finer, aim), limits)
         # an end that needed more smoothness than the other one hands it on to its neighbours
         lighter = max(self.lightest, weight / LIGHTER[ELBOW in found.motion.stage.moving])
         if lighter < weight:
             with suppress(PointNotFound):
-                found = self._once(found.motion, demand, least, lighter, intervals, found.aim)
+                found = self._once(found.motion, demand, least, lighter, 1.0, found.aim)
 
         return self._kept(found, limits)
 
@@ -300,13 +298,13 @@ class ArmFront:
         demand: Demand,
         least: str,
         weight: float,
-        intervals: int,
+        finer: float,
         aim: Array,
     ) -> _Tried:
         """The motion that is best at a weight, whose full model keeps what is asked."""
         try:
             if demand.left is None:
-                motion = self._again(start, demand, least, weight, intervals, aim)
+                motion = self._again(start, demand, least, weight, finer, aim)
                 found, aim = aimed_at_rest(
                     motion,
                     aim,
@@ -316,7 +314,7 @@ class ArmFront:
                 )
                 tried = _Tried(found.motion, found.replay, aim)
             else:
-                tried = self._swinging(start, demand, least, weight, intervals, aim)
+                tried = self._swinging(start, demand, least, weight, finer, aim)
         except (StudyError, ModelError) as error:
             raise PointNotFound(str(error)) from error
         left = tried.replay.residual_energy
@@ -332,7 +330,7 @@ class ArmFront:
         demand: Demand,
         least: str,
         weight: float,
-        intervals: int,
+        finer: float,
         aim: Array,
     ) -> _Tried:
         """The motion that may leave an energy; B21 is asked for less where the full model has more.
@@ -345,7 +343,7 @@ class ArmFront:
         amplitude = wanted
         for _ in range(_CORRECTIONS):
             asked = amplitude**2
-            motion = self._again(start, replace(demand, left=asked), least, weight, intervals, aim)
+            motion = self._again(start, replace(demand, left=asked), least, weight, finer, aim)
             replayed = motion.replay(settings=steps_for(demand.left))
             start, amplitude = motion, wanted + amplitude - math.sqrt(replayed.residual_energy)
             if replayed.residual_energy <= demand.left or amplitude <= 0.0:
@@ -358,7 +356,7 @@ class ArmFront:
         demand: Demand,
         least: str,
         weight: float,
-        intervals: int,
+        finer: float,
         aim: Array,
     ) -> OptimalMotion:
         self.solves += 1
@@ -366,7 +364,7 @@ class ArmFront:
             start,
             weight=weight,
             aim=aim,
-            intervals=intervals,
+            finer=finer,
             stated=demand.stated(least),
             progress=self.console.live,
             solver=self.solver,

@@ -17,15 +17,15 @@ import casadi as ca
 import numpy as np
 
 from models.arm.driven import DrivenArm
-from ocp import Bound, Interrupted, OcpError, Phase, Problem, Solution, Trajectory, Unknown, solve
+from ocp import Bound, Phase, Problem, Solution, Trajectory, Unknown, solve
 from ocp.solution.storage import packed, unpacked
 from studies.arm.optimal.finished_solves import FinishedSolves, Solve
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import SMOOTHING, StatedStage
+from studies.arm.optimal.objectives import SMOOTHING, StatedMotion
 from studies.arm.optimal.phase import ArmPhase, Drives, smoothness, torque_signals
 from studies.arm.optimal.refinement import refine
-from studies.arm.optimal.solve import solve_stage
-from studies.arm.optimal.solver import robust_settings, stage_mesh
+from studies.arm.optimal.solve import solve_stage, solved
+from studies.arm.optimal.solver import robust_settings
 from studies.arm.questions.robust.copies import (
     ArmCopy,
     SampledMotion,
@@ -55,7 +55,9 @@ APART = 0.05
 _OVERSHOOT = 1.2  # of an excess over the cap, by which the margin grows
 
 
-def robust_statement(stage: Stage, start: SampledMotion, spread: Spread, cap: float) -> StatedStage:
+def robust_statement(
+    stage: Stage, start: SampledMotion, spread: Spread, cap: float
+) -> StatedMotion:
     """The motion of least worst residual of an arm and its copies.
 
     Parameters
@@ -90,11 +92,11 @@ def robust_statement(stage: Stage, start: SampledMotion, spread: Spread, cap: fl
         bounds.append(Bound(f"residual of arm {number}", excess, upper=0.0, scale=1.0))
 
     # what an `OptimalMotion` reads: the drives; the copies' states do not matter to it
-    driven = ArmPhase(phase, stage.model, q=(), v=(), drives=drives, acceleration=())
-    goal = worst.symbol + SMOOTHING * smoothness(driven, stage)
+    driven = ArmPhase(phase, stage, q=(), v=(), drives=drives, acceleration=())
+    goal = worst.symbol + SMOOTHING * smoothness(driven)
     name = f"{stage.name} arm, {spread.drive} drive"
     stated = Problem(name, [phase], bounds=bounds, minimise=goal)
-    return StatedStage(stated, driven, stage, "worst residual")
+    return StatedMotion(stated, (driven,), "worst residual")
 
 
 def arrival(stage: Stage, phase: Phase, arm: ArmCopy) -> list[Bound]:
@@ -279,27 +281,20 @@ def _under_cap(
     below it.
     """
     stage, cap = sought.stage, sought.share * sought.peak
-    mesh = stage_mesh("worst residual", intervals)
-
     for _ in range(CAP_CORRECTIONS):
         used = margin
         stated = robust_statement(stage, sought.start, sought.spread, _lowered(sought, used))
-        try:
-            solution = solver(
-                stated.problem,
-                settings=robust_settings(),
-                guess=guess,
-                mesh=mesh,
-                progress=live,
-            )
-        except Interrupted as error:
-            raise KeyboardInterrupt from error
-        except OcpError as error:
-            raise StudyError(
-                f"no motion '{sought.name}' of the stage '{stage.name}' was found: {error}",
-                ExitCode.NOT_SOLVED,
-            ) from error
-        motion = OptimalMotion(sought.name, stated, solution, SMOOTHING)
+        motion = solved(
+            sought.name,
+            stated,
+            SMOOTHING,
+            None,
+            (intervals,),
+            guess,
+            live,
+            solver,
+            attempts=[(1.0, robust_settings())],
+        )
         excess = float(motion.peak_torque[stage.moving[0]]) / cap - 1.0
         if excess <= 0.0:
             break

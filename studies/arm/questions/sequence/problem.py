@@ -19,7 +19,7 @@ from models.arm.lock import kept_by_lock, lock_terms, release
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm, solve_small
 from ocp import Between, Bound, Constant, Phase, Problem, State, joined, peak
-from ocp.arrays import Array
+from studies.arm.optimal.objectives import StatedMotion
 from studies.arm.optimal.phase import (
     ArmPhase,
     Drives,
@@ -44,13 +44,18 @@ class Sequence:
 
     Attributes
     ----------
-    first, second : stages of the guessed durations; the second begins where the first ends.
+    first, second : stages, stated in guessed durations; the second begins where the first ends.
     dwell : time that the arm stays locked between them, on top of the motions [s].
     """
 
     first: Stage
     second: Stage
     dwell: float
+
+    @property
+    def durations(self) -> tuple[float, float, float]:
+        """Of the first motion, the dwell and the second motion [s]."""
+        return self.first.duration, self.dwell, self.second.duration
 
     @property
     def moving_time(self) -> float:
@@ -97,39 +102,12 @@ def sequence(total: float, dwell: float, arm: ArmParameters | None = None) -> Se
     return Sequence(first.lasting(shares[0]), second.lasting(shares[1]), dwell)
 
 
-@dataclass(frozen=True, eq=False)
-class StatedSequence:
-    """The problem of a sequence, and what its refinement changes: constants of it.
-
-    Attributes
-    ----------
-    problem : Problem
-    case : Sequence
-    phases : SequencePhases
-    least : what is least.
-    weight : of the smoothness of both torques.
-    """
-
-    problem: Problem
-    case: Sequence
-    phases: SequencePhases
-    least: Least
-    weight: Constant
-
-    def constants(self, weight: float, aims: tuple[Array, Array]) -> dict[Constant, float]:
-        """Values of the constants: the weight, and where both motions end beside rest (2 n,)."""
-        values = {self.weight: weight}
-        for arm, aim in zip((self.phases.first, self.phases.second), aims, strict=True):
-            values |= arm.aimed(aim)
-        return values
-
-
 def sequence_problem(
     case: Sequence,
     least: Least = "peak-torque",
     cap: float | None = None,
     left: float | None = None,
-) -> StatedSequence:
+) -> StatedMotion:
     """The three phases, linked, with least common peak torque or least time under a cap [N m].
 
     `left` is the energy [J] that the first lock may meet; None demands rest there too.
@@ -143,7 +121,7 @@ def sequence_problem(
     else:
         torques = [(arm.phase, tau) for arm in (big, small) for tau in arm.torque.values()]
         goal = peak(*((phase, tau / case.rigid_bound) for phase, tau in torques), absolute=True)
-    smooth = smoothness(big, case.first) + smoothness(small, case.second)
+    smooth = smoothness(big) + smoothness(small)
     weight = Constant("weight of the smoothness", "1", SMOOTHING)
 
     dwell_time = Bound("dwell", dwell.duration, "s", case.dwell, case.dwell)
@@ -154,16 +132,17 @@ def sequence_problem(
         bounds=[dwell_time, *big.bounds, *small.bounds],
         links=(*lock_links(phases, case), *release_links(phases, case)),
     )
-    return StatedSequence(stated, case, phases, least, weight)
+    return StatedMotion(stated, (big, small), least, weight)
 
 
-def stage_alone(stage: Stage, cap: float, moving_time: float) -> Problem:
+def stage_alone(stage: Stage, cap: float, moving_time: float) -> StatedMotion:
     """Least time of one stage under a cap [N m], stated as within the sequence."""
     caps = TorqueCaps((cap, cap))
     end = window(stage.duration, stage.duration)
     arm = arm_phase(stage, caps, end=end, law=starting_law(stage, caps))
-    goal = arm.phase.duration / moving_time + SMOOTHING * smoothness(arm, stage)
-    return Problem(f"{stage.name} arm alone", [arm.phase], minimise=goal, bounds=arm.bounds)
+    goal = arm.phase.duration / moving_time + SMOOTHING * smoothness(arm)
+    stated = Problem(f"{stage.name} arm alone", [arm.phase], minimise=goal, bounds=arm.bounds)
+    return StatedMotion(stated, (arm,), "time")
 
 
 def _phases(case: Sequence, cap: float | None, free: bool, left: float | None) -> SequencePhases:
@@ -239,9 +218,8 @@ def lock_links(phases: SequencePhases, case: Sequence) -> tuple[Bound, ...]:
     """
     free = phases.first.model
     q, v = column(phases.first.q), column(phases.first.v)
-    if phases.first.aims:
-        aims = ca.vertcat(*[0.0 if aim is None else aim.symbol for aim in phases.first.aims])
-        q, v = q - aims[: free.size], v - aims[free.size :]
+    aims = ca.vertcat(*[0.0 if aim is None else aim.symbol for aim in phases.first.aims])
+    q, v = q - aims[: free.size], v - aims[free.size :]
     # derivatives need symbols: a function takes the arguments that are none
     place, rate = ca.SX.sym("q", free.size), ca.SX.sym("v", free.size)
     mass, momentum, _ = lock_terms(free, (ROOT,), place, rate)

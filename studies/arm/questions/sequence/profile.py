@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -11,10 +11,9 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from models.ancf.joints import Torque, joint_rates
 from ocp.arrays import Array
-from studies.arm.questions.sequence.replay import SequenceReplay, replay_drives
-from studies.arm.questions.sequence.solve import SequenceLaw
+from studies.arm.optimal.refinement import most_left
 from studies.arm.replay import sampled
-from studies.arm.replay.full_model import LockedMotion, steps_for
+from studies.arm.replay.full_model import LockedMotion, Motion, in_turn, steps_for
 from studies.arm.replay.loads import loads
 from studies.arm.report import profile
 from studies.arm.stage import ELBOW, JOINT_NAMES, ROOT
@@ -33,32 +32,44 @@ class SampledSequence:
     ----------
     times : (m,) even, from the release of the root to the last lock [s].
     torques : (2, m) of root and elbow, zero while their joint is locked [N m].
-    replay : on the full model, interpolated between the samples.
+    replays : of both motions on the full model, interpolated between the samples.
     """
 
     times: Array
     torques: Array
-    replay: SequenceReplay
+    replays: tuple[LockedMotion, ...]
 
     @property
     def step(self) -> float:
         """Sample time [s]."""
         return float(self.times[1])
 
+    @property
+    def left(self) -> float:
+        """The most that a lock leaves [J]."""
+        return most_left(self.replays)
 
-def sampled_to(law: SequenceLaw, residual: float, step: float | None) -> SampledSequence:
+
+def sampled_to(
+    motions: tuple[Motion, ...], dwell: float, residual: float, step: float | None
+) -> SampledSequence:
     """The profile at a sample time [s], or at the longest of `STEPS` that keeps a residual [J].
 
     Where none keeps it, at the shortest.
     """
-    big, dwell, _ = durations = law.durations
+    big, small = (motion.stage.duration for motion in motions)
     for tried in STEPS if step is None else (step,):
-        times = sampled.sample_times(sum(durations), tried)
-        torques = np.array(torques_at(law, times))
-        root, elbow = (CubicSpline(times, x, bc_type="clamped") for x in torques)
-        drives = Torque(_from(root, 0.0)), Torque(_from(elbow, big + dwell))
-        again = replay_drives(law.case, durations, drives, settings=steps_for(residual))
-        if again.left <= residual:
+        times = sampled.sample_times(big + dwell + small, tried)
+        torques = torques_at(motions, dwell, times)
+        curves = [CubicSpline(times, x, bc_type="clamped") for x in torques]
+        driven = [
+            replace(motion, joints={k: Torque(_from(curve, start))})
+            for k, motion, curve, start in zip(
+                (ROOT, ELBOW), motions, curves, (0.0, big + dwell), strict=True
+            )
+        ]
+        again = in_turn(driven, (dwell,), settings=steps_for(residual))
+        if most_left(again) <= residual:
             break
     return SampledSequence(times, torques, again)
 
@@ -72,22 +83,22 @@ def _shifted(curve: CubicSpline, start: float, t: Array) -> Array:
     return np.asarray(curve(t + start))
 
 
-def torques_at(law: SequenceLaw, times: Array) -> tuple[Array, Array]:
-    """Torques of root and elbow (m,) [N m], zero while their joint is locked."""
-    root, elbow = law.torques
-    lock, released_at, _ = np.cumsum(law.durations)
-    return (
-        np.where(times <= lock, root(np.clip(times, 0, lock)), 0.0),
-        np.where(times >= released_at, elbow(np.clip(times - released_at, 0, elbow.x[-1])), 0.0),
+def torques_at(motions: Sequence[Motion], dwell: float, times: Array) -> Array:
+    """Torques of root and elbow (2, m) [N m], zero while their joint is locked."""
+    starts = 0.0, motions[0].stage.duration + dwell
+    drives = [motion.joints[k] for k, motion in zip((ROOT, ELBOW), motions, strict=True)]
+    # each starts and ends with none
+    return np.array(
+        [sampled.sampled(drive, times - start) for drive, start in zip(drives, starts, strict=True)]
     )
 
 
-def profile_series(found: SampledSequence, replayed: SequenceReplay) -> dict[str, Series]:
+def profile_series(found: SampledSequence, replays: Sequence[LockedMotion]) -> dict[str, Series]:
     """Torque, angle and rate of both joints at the sample times: what is handed on."""
     times = found.times
-    released_at = float(replayed.first.run.runs[-1].times[-1])
+    released_at = float(replays[0].run.runs[-1].times[-1])
     arrays = {"time": Series("s", "time", times, "since the release of the root")}
-    for k, motion, start in ((ROOT, replayed.first, 0.0), (ELBOW, replayed.second, released_at)):
+    for k, motion, start in zip((ROOT, ELBOW), replays, (0.0, released_at), strict=True):
         angle, rate = _joint(motion, k, times - start)
         name = JOINT_NAMES[k]
         arrays[f"{name}_torque"] = Series("N m", "time", found.torques[k], f"of the {name}'s drive")
@@ -105,24 +116,23 @@ def _joint(motion: LockedMotion, k: int, times: Array) -> tuple[Array, Array]:
     return np.asarray(curve(inside)), np.where(times == inside, curve(inside, 1), 0.0)
 
 
-def torque_series(law: SequenceLaw) -> dict[str, Series]:
+def torque_series(motions: Sequence[Motion], dwell: float) -> dict[str, Series]:
     """Both torques densely, for the figure."""
     axis = "figure/time"
-    times = np.linspace(0.0, sum(law.durations), _FIGURE_SAMPLES)
+    whole = dwell + sum(motion.stage.duration for motion in motions)
+    times = np.linspace(0.0, whole, _FIGURE_SAMPLES)
     arrays = {axis: Series("s", axis, times, "since the release of the root")}
-    for joint, torque in zip(JOINT_NAMES, torques_at(law, times), strict=True):
+    for joint, torque in zip(JOINT_NAMES, torques_at(motions, dwell, times), strict=True):
         arrays[f"figure/{joint}_torque"] = Series("N m", axis, torque, f"of the {joint}'s drive")
     return arrays
 
 
-def load_series(
-    replayed: SequenceReplay, durations: tuple[float, float, float]
-) -> dict[str, Series]:
-    """What the satellite and the links bear, from the release of the root on."""
-    big, small = (
-        profile.load_series(loads(motion), motion) for motion in (replayed.first, replayed.second)
-    )
-    shift = durations[0] + durations[1]
+def load_series(replays: Sequence[LockedMotion], shift: float) -> dict[str, Series]:
+    """What the satellite and the links bear, from the release of the root on.
+
+    `shift` is the time from there to the release of the elbow [s].
+    """
+    big, small = (profile.load_series(loads(motion), motion) for motion in replays)
     arrays = {}
     for name, series in big.items():
         later = small[name].values + (shift if series.unit == "s" else 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import time as clock
 from collections.abc import Callable
 
@@ -11,11 +12,20 @@ import numpy as np
 from models.ancf.integrate import StepControl
 from models.arm.reduced_simulation import reduced_modes
 from studies.arm.config import SequenceStudy, as_dictionary
-from studies.arm.optimal.finished_solves import FinishedSolves, Solve, within
-from studies.arm.optimal.refinement import AGREE, FLOOR
+from studies.arm.optimal.finished_solves import FinishedSolves, within
+from studies.arm.optimal.motion import OptimalMotion
+from studies.arm.optimal.refinement import AGREE, Refined, agreement, refine
 from studies.arm.optimal.rounds import MISS, SAME
-from studies.arm.optimal.solve import MOST_PERIODS
-from studies.arm.questions.sequence.problem import Sequence, locked, sequence, turning
+from studies.arm.optimal.solve import MOST_PERIODS, solved
+from studies.arm.questions.sequence.problem import (
+    SMOOTHING,
+    Sequence,
+    locked,
+    sequence,
+    sequence_problem,
+    stage_alone,
+    turning,
+)
 from studies.arm.questions.sequence.profile import (
     INTERPOLATION,
     SampledSequence,
@@ -24,18 +34,18 @@ from studies.arm.questions.sequence.profile import (
     sampled_to,
     torque_series,
 )
-from studies.arm.questions.sequence.refinement import RefinedSequence, refine_sequence
-from studies.arm.questions.sequence.replay import SequenceReplay, replay_reduced, replay_sequence
-from studies.arm.questions.sequence.solve import (
-    OptimalSequence,
-    SequenceLaw,
-    alone,
-    solve_sequence,
+from studies.arm.questions.sequence.replay import replay_reduced
+from studies.arm.replay.full_model import (
+    ELEMENTS,
+    LockedMotion,
+    Motion,
+    followed,
+    in_turn,
+    steps_for,
 )
-from studies.arm.replay.full_model import ELEMENTS, followed, steps_for
 from studies.arm.report.quantities import CAP_EXCESS, Metric, table_rows
 from studies.arm.report.traces import Trace
-from studies.arm.search_limits import SEQUENCE_WINDOW, UNRESOLVED
+from studies.arm.search_limits import SEQUENCE_INTERVALS, SEQUENCE_WINDOW, UNRESOLVED
 from studies.arm.stage import ROOT
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -45,6 +55,8 @@ from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Verdict
 from studies.common.scene.chain_shapes import shape_series
 
+Law = tuple[Motion, ...]
+"""Both motions."""
 PAPER = (86.0, 112.0)  # [s]
 FINER = 3  # halves of the elements of a link, on which the residuals are found again
 _PACE = 1.1  # of the rigid bound, at which the guess under a cap moves
@@ -64,55 +76,58 @@ def find_sequence(
     case = stated_case(study)
     until = clock.monotonic() + study.seconds
     solver = within(until, FinishedSolves(kept, console.progress))
-    first = solve_sequence(
-        case, study.least, study.torque_cap, progress=console.live, solver=solver
-    )
-    found = refine_sequence(
-        first,
+    stated = sequence_problem(case, study.least, study.torque_cap)
+    solve = functools.partial(solved, "sequence", progress=console.live, solver=solver)
+    found = refine(
+        solve(stated, SMOOTHING, None, SEQUENCE_INTERVALS),
         residual=study.residual_energy,
         say=console.progress,
         live=console.live,
         solver=solver,
-        until=until,
+        kept=kept,
     )
-    check_rest(found)
-    solved, settings = found.solved, steps_for(study.residual_energy)
+    late = clock.monotonic() >= until
+    check_rest(found, late)
+
+    motion = found.motion
+    [dwell], law = motion.dwells, motion.motions("torque")
     console.live("replaying on a finer full model, and sampled")
-    law = solved.law
     parts = [
-        Part(_finer, (law, settings)),
-        Part(_sampled, (law, study.residual_energy, study.sample_time)),
-        Part(_on_B21, (law,)),
+        Part(_finer, (law, dwell, steps_for(study.residual_energy))),
+        Part(_sampled, (law, dwell, study.residual_energy, study.sample_time)),
+        Part(_on_B21, (law, dwell)),
     ]
     finer, sampled, on_B21 = side_by_side(parts, console)
+    found = dataclasses.replace(found, finer=finer)
 
     # what goes on swinging after the last lock
-    small_time = solved.durations[2]
-    after = np.linspace(small_time, 1.25 * small_time, _AFTER)
-    replayed = dataclasses.replace(found.replay, second=followed(found.replay.second, after))
+    big, small = found.replays
+    small_time = small.motion.stage.duration
+    replays = big, followed(small, np.linspace(small_time, 1.25 * small_time, _AFTER))
 
-    beside, left_out = _beside(study, solved, console, solver)
-    arrays = profile_series(sampled, replayed) | torque_series(law)
-    arrays |= load_series(replayed, solved.durations)
-    for motion in (replayed.first, replayed.second):
-        arrays |= Trace.of(motion).series()
-    arrays |= shape_series((*replayed.first.run.runs, *replayed.second.run.runs))
+    moved = Sequence(motion.stages[0], motion.stages[1], dwell)
+    beside, left_out = _beside(study, found, solve)
+    arrays = profile_series(sampled, replays) | torque_series(law, dwell)
+    arrays |= load_series(replays, moved.first.duration + dwell)
+    for one in replays:
+        arrays |= Trace.of(one).series()
+    arrays |= shape_series([run for one in replays for run in one.run.runs])
     return Result(
         kind="arm-sequence",
         question=study.question,
         configuration=as_dictionary(study),
         arrays=arrays,
-        table=table_rows({"optimum": [*_facts(found, sampled, on_B21), *beside]}),
-        bounds={"rigid arm of this time, best split: peak torque [N m]": solved.rigid_bound},
-        verdict=_verdict(found, study.seconds),
-        checks=_criteria(study, found, finer, sampled),
+        table=table_rows({"optimum": [*_facts(found, moved, sampled, on_B21), *beside]}),
+        bounds={"rigid arm of this time, best split: peak torque [N m]": moved.rigid_bound},
+        verdict=_verdict(found, study.seconds if late else None),
+        checks=_criteria(study, found, sampled),
         remarks=("the total is that of both motions, the dwell on top", *left_out),
         details={
-            "durations": solved.durations,
-            "rigid_bound_Nm": solved.rigid_bound,
+            "durations": moved.durations,
+            "rigid_bound_Nm": moved.rigid_bound,
             "rounds": [dataclasses.asdict(entry) for entry in found.rounds],
             "accuracy": {
-                "residual_energy_of_the_sampled_profile_J": sampled.replay.left,
+                "residual_energy_of_the_sampled_profile_J": sampled.left,
                 "sample_time_s": sampled.step,
                 "interpolation": INTERPOLATION,
             },
@@ -121,24 +136,26 @@ def find_sequence(
     )
 
 
-def _finer(law: SequenceLaw, settings: StepControl, console: Console) -> SequenceReplay:
-    """Its replay with half as many elements again."""
-    return replay_sequence(law, FINER * ELEMENTS // 2, settings)
+def _finer(
+    law: Law, dwell: float, settings: StepControl, console: Console
+) -> tuple[LockedMotion, ...]:
+    """Its replays with half as many elements again."""
+    return in_turn(law, (dwell,), elements=FINER * ELEMENTS // 2, settings=settings)
 
 
 def _sampled(
-    law: SequenceLaw, residual: float, step: float | None, console: Console
+    law: Law, dwell: float, residual: float, step: float | None, console: Console
 ) -> SampledSequence:
     """Its profile."""
-    return sampled_to(law, residual, step)
+    return sampled_to(law, dwell, residual, step)
 
 
-def _on_B21(law: SequenceLaw, console: Console) -> tuple[float, float]:
+def _on_B21(law: Law, dwell: float, console: Console) -> tuple[float, float]:
     """What both locks leave on B21 [J]."""
-    return replay_reduced(law)
+    return replay_reduced(law, dwell)
 
 
-def check_rest(found: RefinedSequence) -> None:
+def check_rest(found: Refined, late: bool) -> None:
     """Refuse a sequence that the mesh does not resolve: its finer replays take hours.
 
     Raises
@@ -146,9 +163,9 @@ def check_rest(found: RefinedSequence) -> None:
     StudyError
         With what the best round leaves.
     """
-    left, allowed = found.replay.left, found.residual
+    left, allowed = found.left, found.residual
     if left > UNRESOLVED * allowed:
-        more = "more --seconds, " if found.late else ""
+        more = "more --seconds, " if late else ""
         raise StudyError(
             f"no sequence was found that comes to rest: the best of {len(found.rounds)} rounds "
             f"leaves {left:.2e} J on the full model, and {allowed:g} J are allowed; give {more}a "
@@ -223,8 +240,9 @@ def paced(case: Sequence, cap: float) -> Sequence:
     return sequence(total, case.dwell, case.first.arm)
 
 
-def _verdict(found: RefinedSequence, seconds: float) -> Verdict:
-    if found.late and not (found.still and found.settled):
+def _verdict(found: Refined, seconds: float | None) -> Verdict:
+    """In words; `seconds` are those of a search that was ended by them."""
+    if seconds is not None and not found.resolved:
         return Verdict(
             "unverified",
             f"unverified: the {seconds:g} s of the search ended before all of its rounds "
@@ -233,7 +251,7 @@ def _verdict(found: RefinedSequence, seconds: float) -> Verdict:
     if not found.still:
         return Verdict(
             "unverified",
-            f"unverified: a lock leaves {found.replay.left:.2e} J on the full model, more than the "
+            f"unverified: a lock leaves {found.left:.2e} J on the full model, more than the "
             f"{found.residual:g} J allowed; allow more, or give a longer time",
         )
     if not found.settled:
@@ -250,33 +268,34 @@ def _verdict(found: RefinedSequence, seconds: float) -> Verdict:
 
 
 def _criteria(
-    study: SequenceStudy,
-    found: RefinedSequence,
-    finer: SequenceReplay,
-    sampled: SampledSequence,
+    study: SequenceStudy, found: Refined, sampled: SampledSequence
 ) -> tuple[Criterion, ...]:
     """What must hold: each lock by itself, the same on a finer model, sampled, caps, angles."""
-    replayed, allowed = found.replay, found.residual
+    allowed = found.residual
     checks = [
-        _verified(f"the {which} lock leaves no more than the residual allowed", "J", left, allowed)
-        for which, left in (("first", replayed.at_lock), ("last", replayed.at_end))
+        _verified(
+            f"the {which} lock leaves no more than the residual allowed",
+            "J",
+            replayed.residual_energy,
+            allowed,
+        )
+        for which, replayed in zip(("first", "last"), found.replays, strict=True)
     ]
 
-    off = max(abs(finer.at_lock - replayed.at_lock), abs(finer.at_end - replayed.at_end))
     name = f"half as many elements again change what is left by {AGREE:.0%} of what is allowed"
-    checks.append(_verified(f"{name} at most", "J", off, max(AGREE * allowed, FLOOR)))
+    checks.append(_verified(f"{name} at most", "J", found.disagreement, agreement(allowed)))
 
     name = f"the profile sampled every {sampled.step:.4g} s leaves no more than the residual"
-    checks.append(_verified(f"{name} allowed", "J", sampled.replay.left, allowed))
+    checks.append(_verified(f"{name} allowed", "J", sampled.left, allowed))
 
-    miss = max(replayed.root_miss, replayed.elbow_miss)
+    miss = max(replayed.miss for replayed in found.replays)
     checks.append(_verified("the joints reach their angles", "rad", miss, MISS))
     name = (
         f"the last halving of smoothness and interval changes the objective by {SAME:.0%} at most"
     )
     checks.append(_verified(name, "1", abs(found.change), SAME))
 
-    cap, peak = study.torque_cap, max(found.solved.peaks)
+    cap, peak = study.torque_cap, float(found.motion.peak_torque.max())
     if cap is not None:
         name = "the torque is within its cap between the points"
         checks.append(_verified(name, "N m", peak, cap, CAP_EXCESS))
@@ -290,60 +309,59 @@ def _verified(name: str, unit: str, value: float, limit: float, excess: float = 
 
 
 def _facts(
-    found: RefinedSequence, sampled: SampledSequence, on_B21: tuple[float, float]
+    found: Refined, moved: Sequence, sampled: SampledSequence, on_B21: tuple[float, float]
 ) -> list[Metric]:
     """Times, torques and what the locks leave."""
-    solved, replayed = found.solved, found.replay
-    case, bound = solved.case, solved.rigid_bound
-    big, dwell, small = solved.durations
-    root, elbow = solved.peaks
+    bound, (big, dwell, small) = moved.rigid_bound, moved.durations
+    at_lock, at_end = found.replays
+    weight, (root, elbow) = found.motion.weight, found.motion.peak_torque.tolist()
 
     # the bounds of a rigid arm, in this time and in the paper's
-    over = 100 * (max(solved.peaks) / bound - 1)
-    inertia_turns = case.first.inertias[0] * np.pi / 2, case.second.inertias[1] * np.pi
-    paper = max(4.0 * turn / T**2 for turn, T in zip(inertia_turns, PAPER, strict=True))
+    over = 100 * (max(root, elbow) / bound - 1)
+    turns = [turning(stage) for stage in (moved.first, moved.second)]
+    paper = max(4.0 * turn / T**2 for turn, T in zip(turns, PAPER, strict=True))
 
     first = "energy after the first lock"
     last = "energy after the last lock"
-    lock, impulse = replayed.first.run.engagement, "impulse of the first lock at the root"
+    lock, impulse = at_lock.run.engagement, "impulse of the first lock at the root"
     return [
         Metric("big_arm_time", "big arm", "s", big, "neither"),
         Metric("dwell", "dwell", "s", dwell, "neither"),
         Metric("small_arm_time", "small arm", "s", small, "neither"),
-        Metric("moving_time", "both motions", "s", solved.moving_time),
+        Metric("moving_time", "both motions", "s", moved.moving_time),
         Metric("peak_root_torque", "peak torque, root", "N m", root),
         Metric("peak_elbow_torque", "peak torque, elbow", "N m", elbow),
         Metric("rigid_bound", "rigid bound of this time, best split", "N m", bound, "neither"),
         Metric("surcharge", "surcharge over the rigid bound", "%", over),
         Metric("paper_bound", "rigid bound of the paper's 86 and 112 s", "N m", paper, "neither"),
-        Metric("first_lock_energy", f"{first}, full model", "J", replayed.at_lock),
+        Metric("first_lock_energy", f"{first}, full model", "J", at_lock.residual_energy),
         Metric("first_lock_energy_B21", f"{first}, B21, aimed", "J", on_B21[0], "neither"),
-        Metric("residual_energy", f"{last}, full model", "J", replayed.at_end),
+        Metric("residual_energy", f"{last}, full model", "J", at_end.residual_energy),
         Metric("residual_energy_B21", f"{last}, B21, aimed", "J", on_B21[1], "neither"),
         Metric("lost_first", "kinetic energy lost in the first lock", "J", lock.lost_energy),
         Metric("impulse_first", impulse, "N m s", float(lock.impulse[ROOT]), "neither"),
-        Metric("angle_miss_root", "angle miss, root", "rad", replayed.root_miss),
-        Metric("angle_miss_elbow", "angle miss, elbow", "rad", replayed.elbow_miss),
-        Metric("smoothness_weight", "weight of the smoothness", "1", solved.weight, "neither"),
+        Metric("angle_miss_root", "angle miss, root", "rad", at_lock.miss),
+        Metric("angle_miss_elbow", "angle miss, elbow", "rad", at_end.miss),
+        Metric("smoothness_weight", "weight of the smoothness", "1", weight, "neither"),
         Metric(
             "sampled_residual_energy",
             f"the larger energy after a lock, sampled every {sampled.step:.4g} s",
             "J",
-            sampled.replay.left,
+            sampled.left,
         ),
     ]
 
 
 def _beside(
-    study: SequenceStudy, solved: OptimalSequence, console: Console, solver: Solve
+    study: SequenceStudy, found: Refined, solve: Callable[..., OptimalMotion]
 ) -> tuple[list[Metric], list[str]]:
     """What rest and smoothness cost, and a sentence for each part that was not found."""
     cap, left = study.torque_cap, study.lock_energy
     parts: list[Callable[[], list[Metric]]] = []
     if cap is not None:
-        parts.append(lambda: _sums(solved, cap, console, solver))
+        parts.append(lambda: _sums(stated_case(study), found.motion, cap, solve))
     if left is not None:
-        parts.append(lambda: _without_rest(study, solved, left, console, solver))
+        parts.append(lambda: _without_rest(study, found.motion, left, solve))
 
     entries: list[Metric] = []
     left_out = []
@@ -351,14 +369,20 @@ def _beside(
         try:
             entries += part()
         except StudyError as error:
-            left_out.append(f"left out: {error}")
+            left_out.append(f"left out beside the sequence: {error}")
     return entries, left_out
 
 
-def _sums(solved: OptimalSequence, cap: float, console: Console, solver: Solve) -> list[Metric]:
-    """What the sequence gains over both stages alone."""
-    first, second = alone(solved.case, cap, console.live, solver)
-    less = solved.moving_time - first - second
+def _sums(
+    case: Sequence, motion: OptimalMotion, cap: float, solve: Callable[..., OptimalMotion]
+) -> list[Metric]:
+    """What the sequence gains over both stages alone, each in its least time under a cap [N m]."""
+    intervals = SEQUENCE_INTERVALS[0], SEQUENCE_INTERVALS[2]
+    first, second = (
+        solve(stage_alone(stage, cap, case.moving_time), SMOOTHING, None, (count,)).stage.duration
+        for stage, count in zip((case.first, case.second), intervals, strict=True)
+    )
+    less = sum(stage.duration for stage in motion.stages) - first - second
     return [
         Metric("big_arm_alone", "big arm alone", "s", first, "neither"),
         Metric("small_arm_alone", "small arm alone", "s", second, "neither"),
@@ -368,24 +392,12 @@ def _sums(solved: OptimalSequence, cap: float, console: Console, solver: Solve) 
 
 
 def _without_rest(
-    study: SequenceStudy,
-    solved: OptimalSequence,
-    left: float,
-    console: Console,
-    solver: Solve,
+    study: SequenceStudy, motion: OptimalMotion, left: float, solve: Callable[..., OptimalMotion]
 ) -> list[Metric]:
     """The same sequence where the first lock may meet an energy [J], rest only after the last."""
-    freed = solve_sequence(
-        solved.case,
-        study.least,
-        study.torque_cap,
-        guess=solved.trajectory,
-        left=left,
-        smoothing=solved.weight,
-        progress=console.live,
-        solver=solver,
-    )
-    at_lock, at_end = replay_reduced(freed.law)
+    stated = sequence_problem(stated_case(study), study.least, study.torque_cap, left)
+    freed = solve(stated, motion.weight, None, SEQUENCE_INTERVALS, motion.trajectory)
+    at_lock, at_end = replay_reduced(freed.motions("torque"), freed.dwells[0])
 
     head = "no rest at the first lock"
     quantities = [
@@ -395,14 +407,14 @@ def _without_rest(
     ]
 
     if study.least == "time":
-        gain = solved.moving_time - freed.moving_time
+        time, before = (sum(s.duration for s in one.stages) for one in (freed, motion))
         quantities += [
-            Metric("freed_time", f"{head}: both motions", "s", freed.moving_time),
-            Metric("freed_gain", f"{head}: gain", "s", gain, "more"),
+            Metric("freed_time", f"{head}: both motions", "s", time),
+            Metric("freed_gain", f"{head}: gain", "s", before - time, "more"),
         ]
     else:
-        peak = max(freed.peaks)
-        gain = 100 * (1 - peak / max(solved.peaks))
+        peak, before = (float(one.peak_torque.max()) for one in (freed, motion))
+        gain = 100 * (1 - peak / before)
         quantities += [
             Metric("freed_peak", f"{head}: peak torque", "N m", peak),
             Metric("freed_gain", f"{head}: gain", "%", gain, "more"),
