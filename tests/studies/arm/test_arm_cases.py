@@ -1,7 +1,7 @@
-"""Twelve motions of the arm keep their torques and times, and leave no more, while code moves.
+"""Motions of the arm keep their torques and times, and leave no more, while code moves.
 
-`cases.json` holds what the program found before both stages became one kind of motion. Some of its
-cases leave more than the 1e-6 J that the study allows, and say so: they may get no worse.
+`cases.json` holds what version 0.2.0 of this program found. Some cases leave more than the 1e-6 J
+that the study allows, and say so: they may get no worse.
 """
 
 import json
