@@ -17,11 +17,11 @@ import numpy as np
 
 from ocp import Mesh, Problem, Settings, Solution, solve
 from studies.common.code_version import hashed
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedSteps
 
 Solve = Callable[..., Solution]
 """What is called as `ocp.solve` is."""
-_LEAST_SECONDS = 1e-3  # a budget of none would be no budget
 
 
 class FinishedSolves:
@@ -57,10 +57,17 @@ class FinishedSolves:
 
 
 def within(until: float, solver: Solve) -> Solve:
-    """A solver that ends at a time of the clock `time.monotonic` [s] at the latest."""
+    """A solver that ends at a time of the clock `time.monotonic` [s] at the latest.
+
+    It raises a StudyError where that has passed.
+    """
 
     def solved(problem: Problem, *, settings: Settings, **how: Any) -> Solution:
-        left = max(until - clock.monotonic(), _LEAST_SECONDS)
+        left = until - clock.monotonic()
+        if left <= 0.0:
+            raise StudyError(
+                "the seconds of the search are used up; give more --seconds", ExitCode.NOT_SOLVED
+            )
         return solver(problem, settings=replace(settings, seconds=left), **how)
 
     return solved

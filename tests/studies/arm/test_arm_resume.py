@@ -8,9 +8,9 @@ import pytest
 from ocp import Control, FixedMesh, Mesh, Phase, Problem, Radau, Settings, State, solve
 from ocp.mesh.mesh import uniform
 from studies.arm.optimal import finished_solves
-from studies.arm.optimal.finished_solves import FinishedSolves
+from studies.arm.optimal.finished_solves import FinishedSolves, within
 from studies.cli import main
-from studies.common.exit_codes import ExitCode
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedSteps
 from studies.common.result import Result
 
@@ -113,3 +113,8 @@ def test_resume_leaves_the_results_of_another_command_alone(
     (tmp_path / "result.json").write_text('{"kind": "check"}')
     assert main([*command, "--resume", str(tmp_path)]) == ExitCode.BAD_INPUT
     assert "has the results of another command (kind 'check'" in capsys.readouterr().err
+
+
+def test_a_search_whose_seconds_are_used_up_names_the_flag() -> None:
+    with pytest.raises(StudyError, match="used up; give more --seconds"):
+        within(0.0, solve)(cart(), settings=SETTINGS)
