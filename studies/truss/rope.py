@@ -94,9 +94,12 @@ def rope_of(deployment: Deployment) -> RopeParts:
 
 
 def _stability(stiffness: float, yields: str, least: LeastStiffness) -> str:
+    given = f"The ropes give {yields}, {stiffness:g} N/m each."
+    if not least.stiffness:
+        return f"{given} On ropes of any stiffness the truss is stable at these angles."
     return (
-        f"The ropes give {yields}, {stiffness:g} N/m each. Below {least.stiffness:.4g} N/m the "
-        f"truss would snap through; {math.degrees(least.angle):.4g} deg needs most."
+        f"{given} Below {least.stiffness:.4g} N/m the truss would snap through; "
+        f"{math.degrees(least.angle):.4g} deg needs most."
     )
 
 

@@ -39,6 +39,7 @@ from studies.truss.motions.laws import (
     paper_laws_of,
 )
 from studies.truss.motions.phase_plane import PhasePlane
+from studies.truss.rope import rope_of
 from studies.truss.study import run
 
 SMOOTH = TrussParameters(joint_friction=0.0, slider_friction=0.0)  # energy is kept
@@ -264,6 +265,18 @@ def test_what_begins_at_rest_does_not_go_with_a_rate(
 ) -> None:
     with pytest.raises(StudyError, match=re.escape(sentence)):
         stated(**keys)
+
+
+def test_ropes_before_the_ridge_may_be_soft() -> None:
+    """Behind the ridge the same ropes would snap through."""
+    soft = {"drive": {"rope_stiffness": 10.0}}
+    law = laws_from_rest(stated(end_deg=60.0, **soft), 70.0)[0]
+
+    stability, modes, *_ = rope_of(law).sentences
+    assert "of any stiffness the truss is stable" in stability
+    assert "Hz at 60 deg" in modes
+    with pytest.raises(StudyError, match="snaps through"):
+        stated(start_deg=80.0, **soft)
 
 
 def test_a_codesign_is_of_the_whole_opening() -> None:
