@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 from ocp import Audit, Interrupted, Optimum, Solution
 from studies.common.exit_codes import StudyError
+from studies.common.finished import mark
 from studies.common.result import Criterion, Verdict
 from studies.common.second_solve import second_solve
 from studies.truss.motions.deployment import Deployment
@@ -19,7 +20,13 @@ from studies.truss.search.best_motion import BestMotion, NoMotionError, first_mo
 from studies.truss.search.later_stages import in_order, later_stages
 from studies.truss.search.proofs import PhasePlanes, ProvenBounds
 from studies.truss.search.question import Question
-from studies.truss.search.smoothness import lightened, price_in_words
+from studies.truss.search.smoothness import (
+    SHARE,
+    at_a_light_price,
+    price_in_words,
+    share_is_all,
+    share_of,
+)
 from studies.truss.search.verdict import (
     BOUND_MET,
     Basin,
@@ -67,7 +74,8 @@ def judged_motion(question: Question, found: Audit, bounds: ProvenBounds) -> Bes
     Interrupted
         If the user stopped it in such a case.
     """
-    optima, interrupted = _smoothed(question, found, bounds)
+    stopped = found.interrupted or bounds.interrupted
+    optima, interrupted = _smoothed(question, found.optima, stopped)
     try:
         optimum, deployment = first_motion(optima, question.deployment)
     except NoMotionError as error:
@@ -96,37 +104,58 @@ def judged_motion(question: Question, found: Audit, bounds: ProvenBounds) -> Bes
     )
 
 
-def _smoothed(question: Question, found: Audit, bounds: ProvenBounds) -> tuple[list[Optimum], bool]:
+def _smoothed(
+    question: Question, optima: Sequence[Optimum], stopped: bool
+) -> tuple[list[Optimum], bool]:
     """The optima without what smoothness costs them, best first; whether the user has stopped."""
-    stopped = found.interrupted or bounds.interrupted
+    found: list[Optimum] = []
+    for optimum in optima:
+        best = min((known.value for known in found), default=None)
+        if not stopped and _may_be_lighter(question, optimum, best):
+            optimum, stopped = _lighter(question, optimum)
+        found.append(optimum)
+    return sorted(found, key=lambda optimum: optimum.value), stopped
+
+
+def _may_be_lighter(question: Question, optimum: Optimum, best: float | None) -> bool:
+    """Whether a lower price of the roughness may make a better motion than the best known one."""
     if question.enough is not None or question.study.arm is not None:
-        return sorted(found.optima, key=lambda optimum: optimum.value), stopped
-    return lightened(
-        found.optima,
-        question.statements.of,
-        settings=question.settings,
-        left=question.some_left,
-        value=question.statements.value,
-        console=question.console,
-        stopped=stopped,
-        kept=question.kept,
+        return False
+    statement = question.statements.of[optimum.solution.problem]
+    share = share_of(statement, optimum.solution)
+    beaten = best is not None and optimum.value * (1 - share) > best
+    light = share <= SHARE and share_is_all(statement)
+    return optimum.solution.verification.passed and not light and not beaten
+
+
+def _lighter(question: Question, optimum: Optimum) -> tuple[Optimum, bool]:
+    """An optimum at a lower price of the roughness, and whether the user has stopped that."""
+    solution, console = optimum.solution, question.console
+    problem = solution.problem
+    console.progress(f"{', '.join(optimum.starts)}: again at a lighter smoothness")
+    lighter = question.kept.step(
+        "a lighter smoothness",
+        lambda: at_a_light_price(
+            problem,
+            question.statements.of[problem],
+            solution,
+            question.settings,
+            question.some_left,
+            console.live,
+        ),
+        problem,
+        console.progress,
+        begins_with=mark(solution),
     )
+    value = question.statements.value(problem, lighter.solution)
+    return replace(optimum, solution=lighter.solution, value=value), lighter.interrupted
 
 
 def _with_later_objectives(question: Question, statement: Statement, reached: Reached) -> Reached:
     """Later objectives, each with the earlier ones held; never a loss."""
     if reached.interrupted or len(statement.stages) == 1:
         return reached
-    found, remarks = later_stages(
-        question.study,
-        statement,
-        reached.solution,
-        question.weights,
-        question.with_forces,
-        replace(question.settings, seconds=question.some_left()),
-        question.console,
-        question.kept,
-    )
+    found, remarks = later_stages(question, statement, reached.solution)
     return replace(
         reached,
         solution=found.solution,

@@ -3,37 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-from ocp import Lexicographic, Settings, Solution, solve_lexicographic
-from studies.common.console import Console, number
-from studies.common.finished import FinishedSteps, mark
+from ocp import Lexicographic, Solution, solve_lexicographic
+from studies.common.console import number
+from studies.common.finished import mark
 from studies.truss.config import TrussStudy
 from studies.truss.problem import Statement
 from studies.truss.quantities import OBJECTIVES
+from studies.truss.search.question import Question
 from studies.truss.search.smoothness import first_price
 
 
 def later_stages(
-    study: TrussStudy,
-    statement: Statement,
-    solution: Solution,
-    weights: dict[str, float],
-    with_forces: bool,
-    settings: Settings,
-    console: Console,
-    kept: FinishedSteps,
+    question: Question, statement: Statement, solution: Solution
 ) -> tuple[Lexicographic, list[str]]:
     """What comes of the later objectives, which is never a loss, and what to say of it.
 
     Parameters
     ----------
     statement, solution : of the first objective.
-    weights : references by which the objectives are divided.
-    with_forces : whether the rope force is part of the problem.
-    kept : where what comes of them goes to, and where that of an earlier run is read.
     """
+    study, console = question.study, question.console
     rough = 0.0 if statement.roughness is None else statement.roughness
-    found = kept.step(
+    found = question.kept.step(
         "later objectives",
         lambda: solve_lexicographic(
             statement.problem(),
@@ -41,10 +34,10 @@ def later_stages(
             slack=study.concession,
             first=solution,
             beside=[
-                rough * first_price(study, place, weights, with_forces)
+                rough * first_price(study, place, question.weights, question.with_forces)
                 for place in range(len(statement.stages))
             ],
-            settings=settings,
+            settings=replace(question.settings, seconds=question.some_left()),
             progress=console.live,
         ),
         solution.problem,

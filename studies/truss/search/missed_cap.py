@@ -11,8 +11,7 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ocp import Interrupted, OcpError, Problem, Settings, Solution, Trial, audit
-from studies.common.console import Console
+from ocp import Interrupted, OcpError, Trial, audit
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.rounding import down, up
 from studies.margin.travel import KINDS
@@ -22,6 +21,8 @@ from studies.truss.motions.deployment import travel_of
 from studies.truss.motions.starts import first_of_each_kind
 from studies.truss.quantities import QUANTITIES, Quantity
 from studies.truss.search.best_motion import BestMotion
+from studies.truss.search.from_starts import Starts
+from studies.truss.search.question import Question
 
 # Iterations after which the first start under a cap of `HARD` counts as hard, and the least of what
 # the cap is on is looked for before anything else: 3 to 5 s. Most motions take 100 to 220.
@@ -187,42 +188,30 @@ def curve_in_words(study: TrussStudy) -> str:
     )
 
 
-def solved_soon(
-    name: str,
-    start: Callable[[], Problem],
-    count: int,
-    *,
-    settings: Settings,
-    value: Callable[[Problem, Solution], float],
-    seconds: float,
-    console: Console,
-) -> tuple[Trial | None, bool]:
-    """The first of several starts, with little effort, and whether the user stopped it.
+def solved_soon(question: Question, starts: Starts) -> tuple[Trial | None, bool]:
+    """The first start, where a cap may be missed and little effort tells; whether it was stopped.
 
-    There is none where it tells nothing.
-
-    Parameters
-    ----------
-    name, start, count : of it, and of all starts.
-    settings, value, seconds : as of `ocp.audit`.
-    console : to which progress goes.
+    There is none where an earlier run has finished it, or where it tells nothing.
 
     Raises
     ------
     Interrupted
         The user stopped it.
     """
+    (name, start), *_ = starts.items()
+    if name in question.kept.names(question.kind) or hard_cap(question.study) is None:
+        return None, False
     begin = clock.monotonic()
 
     def told(line: str) -> None:
-        console.live(line.replace("start 1 of 1", f"start 1 of {count}", 1))
+        question.console.live(line.replace("start 1 of 1", f"start 1 of {len(starts)}", 1))
 
     try:
         found = audit(
             starts={name: start},
-            settings=replace(settings, iterations=SOON),
-            value=value,
-            seconds=seconds,
+            settings=replace(question.settings, iterations=SOON),
+            value=question.statements.value,
+            seconds=question.some_left(),
             progress=told,
         )
     except Interrupted:

@@ -123,7 +123,7 @@ def _from_some(
     Interrupted
         If the user stopped it before a motion was found.
     """
-    soon, stopped = _first_with_little_effort(question, starts)
+    soon, stopped = solved_soon(question, starts)
     if soon is not None and soon.error is not None:
         if stopped:
             raise Interrupted(STOPPED) from soon.error
@@ -132,25 +132,6 @@ def _from_some(
     known = {} if soon is None else {soon.name: soon}
     found, bounds = _audited(question, starts, done, known, stopped=stopped)
     return judged_motion(question, found, bounds)
-
-
-def _first_with_little_effort(question: Question, starts: Starts) -> tuple[Trial | None, bool]:
-    """The first start, where a cap may be missed and little effort tells; whether it was stopped.
-
-    There is none where an earlier run has finished it.
-    """
-    first, *_ = starts
-    if first in question.kept.names(question.kind) or hard_cap(question.study) is None:
-        return None, False
-    return solved_soon(
-        first,
-        starts[first],
-        len(starts),
-        settings=question.settings,
-        value=question.statements.value,
-        seconds=question.some_left(),
-        console=question.console,
-    )
 
 
 def _check_the_least(question: Question, soon: Trial, least: Least) -> None:

@@ -11,15 +11,12 @@ Then the price is lowered, and the motion solved again from where it is.
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ocp import Interrupted, OcpError, Optimum, Problem, Settings, Solution, solve
+from ocp import Interrupted, OcpError, Problem, Settings, Solution, solve
 from ocp.progress import Progress
-from studies.common.console import Console
-from studies.common.finished import FinishedSteps, mark
 from studies.truss.config import TrussStudy
 from studies.truss.limits.feasibility import end_forces
 from studies.truss.limits.sizes import Sizes
@@ -180,52 +177,3 @@ def at_a_light_price(
             break
         best, gain = Smoothed(lighter, share_of(statement, lighter)), 1.0 - after / before
     return best
-
-
-def lightened(
-    optima: Sequence[Optimum],
-    statements: Mapping[Problem, Statement],
-    *,
-    settings: Settings,
-    left: Callable[[], float],
-    value: Callable[[Problem, Solution], float],
-    console: Console,
-    stopped: bool,
-    kept: FinishedSteps,
-) -> tuple[list[Optimum], bool]:
-    """Optima without what smoothness costs them, best first, and whether the user stopped that.
-
-    Parameters
-    ----------
-    statements : of the problems of the optima.
-    settings, left : as of `at_a_light_price`.
-    value : what is compared.
-    stopped : whether the user has stopped the search already.
-    kept : where what comes of an optimum goes to, and where that of an earlier run is read.
-    """
-    found: list[Optimum] = []
-    for optimum in optima:
-        problem, best = optimum.solution.problem, min((o.value for o in found), default=None)
-        statement = statements[problem]
-        share = share_of(statement, optimum.solution)
-        verified = optimum.solution.verification.passed
-        beaten = best is not None and optimum.value * (1 - share) > best
-        light = share <= SHARE and share_is_all(statement)
-        if light or beaten or not verified or stopped:
-            found.append(optimum)
-            continue
-
-        console.progress(f"{', '.join(optimum.starts)}: again at a lighter smoothness")
-        given = problem, statement, optimum.solution, settings, left, console.live
-        take = functools.partial(at_a_light_price, *given)
-        lighter = kept.step(
-            "a lighter smoothness",
-            take,
-            problem,
-            console.progress,
-            begins_with=mark(optimum.solution),
-        )
-        stopped = stopped or lighter.interrupted
-        better = value(problem, lighter.solution)
-        found.append(replace(optimum, solution=lighter.solution, value=better))
-    return sorted(found, key=lambda optimum: optimum.value), stopped
