@@ -179,6 +179,8 @@ def test_only_the_best_start_is_solved_to_its_last_digits(
     asked = []
 
     def noted(*given: Any, **how: Any) -> Audit:
+        if "processes" not in how:  # of the stated design, for its own motion
+            return audit(*given, **how)
         asked.append(how["settings"].accuracy.objective)
         if stops and len(asked) > 1:
             raise Interrupted("stopped", None, None, None)
