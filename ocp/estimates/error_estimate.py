@@ -125,7 +125,7 @@ _MOST_EXTRA = 10
 
 # relative excess beyond which an interval is too long for its constraint: a solver leaps between
 # the added points over a ridge as steep as that
-_COARSE = 1e-3
+_COARSE = 1e-4
 
 # Of the phase: in an interval this narrow a violation is removed without a cut, however large it
 # is. Where a control has a pole, as at the dead point of a mechanism, each half of a cut is off by
