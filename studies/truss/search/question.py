@@ -22,7 +22,7 @@ from studies.truss.search.proofs import PhasePlanes
 from studies.truss.search.smoothness import first_price
 
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
-SAME_WITH_ARM = 2e-3  # the same with an arm, whose optima are known to 1e-3
+SAME_WITH_ARM = 1e-3  # the same with an arm, whose optima are known to 5e-4
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 
 
