@@ -15,7 +15,16 @@ from models.laws import Law
 from models.ring_on_arm import ArmMotion
 from models.truss import least_peak_reaction
 from models.turn import least_torque_bound, turn_response
-from ocp import AdaptiveMesh, Interrupted, OcpError, Problem, Settings, Solution, peak, solve
+from ocp import (
+    AdaptiveMesh,
+    Interrupted,
+    OcpError,
+    Problem,
+    Settings,
+    Solution,
+    peak,
+    solve,
+)
 from ocp.arrays import Array
 from ocp.solution.storage import packed, unpacked
 from studies.arm.config import ArmStudy
@@ -26,7 +35,7 @@ from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import loads
-from studies.arm.stage import Stage, TorqueCaps
+from studies.arm.stage import ROOT, Stage, TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.mission.config import MissionStudy
@@ -36,7 +45,7 @@ from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
 from studies.truss.motions.starts import StartingMotion, bezier_start, from_neighbour
-from studies.truss.problem import settings_of, state
+from studies.truss.problem import ROUGHLY_WITH_ARM, settings_of, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.smoothness import first_price
 from studies.turn.motion import best_turn
@@ -47,7 +56,12 @@ ARMS = {"big arm": "big", "small arm": "small"}
 TURN, RING = "turn", "ring"
 STAGES = ("big arm", TURN, "small arm", RING)
 SAMPLES = 1001  # of a stage's histories
-NEAR = 0.05  # relative change of an arm's duration, up to which its mesh and smoothness serve
+# relative change of an arm's duration, up to which its mesh and smoothness serve, and where a finer
+# mesh was tried, on which the full model did not rest
+NEAR, NEARLY_SAME = 0.05, 0.01
+# Of a ring on its arm, whose part of the caps is compared with other stages' to 2e-3: with a
+# smoothness that is heavier than a study's own it takes half of the time.
+HEAVIER = 100.0
 ALLOWED = 0.3  # part of the cap on the residual energy that a motion of least torque may leave
 
 
@@ -84,6 +98,7 @@ class ArmStart:
     ----------
     duration : of the motion [s].
     refined_in : duration [s] in which mesh and smoothness were chosen.
+    finest : whether on the finest mesh tried; a finer one may do better in another duration.
     weight : of the smoothness.
     solution : as files hold it, without its problem.
     """
@@ -92,10 +107,11 @@ class ArmStart:
     refined_in: float
     weight: float
     solution: bytes
+    finest: bool = True
 
     def near(self, duration: float) -> bool:
         """Whether mesh and smoothness are as good for another duration [s]."""
-        return abs(duration / self.refined_in - 1.0) <= NEAR
+        return abs(duration / self.refined_in - 1.0) <= (NEAR if self.finest else NEARLY_SAME)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +127,7 @@ class StageMotion:
     history : time [s], angle [rad], torque [N m] or rope force [N], and of the ring its reaction;
         moment and momentum at the root [N m, N m s] and the satellite's turn [rad].
     deployment : of the ring; None of an arm.
-    start : of an arm that was refined to the finest mesh tried; None of others.
+    start : of an arm that was refined; None of others.
     """
 
     name: str
@@ -224,22 +240,37 @@ def move_from(
     if not found.still or found.replay.miss > MISS:
         return _arm(study, name, duration, console)
     return _arm_motion(
-        study, name, found.motion, found.replay, passed=True, refined_in=start.refined_in
+        study,
+        name,
+        found.motion,
+        found.replay,
+        passed=True,
+        refined_in=start.refined_in,
+        finest=start.finest,
     )
 
 
 def _stated(study: MissionStudy, name: str, duration: float) -> StatedMotion:
     """The problem of an arm's stage in a time."""
     slew = _slew(study, name, duration)
-    return problem(slew.under("torque"), TorqueCaps(), OBJECTIVE)
+    return problem(slew.under("torque"), TorqueCaps(), OBJECTIVE, shared=_caps(study, slew, name))
+
+
+def _caps(study: MissionStudy, slew: Stage, name: str) -> TorqueCaps:
+    """Caps whose largest part is least: of a driven root the moment is the torque itself."""
+    cap, wheels = _torque_cap(study, name), study.wheel_torque
+    if slew.moving[0] == ROOT and wheels is not None:
+        cap, wheels = min(cap, wheels), None
+    return TorqueCaps((cap, cap), root_moment=wheels, momentum=study.wheel_momentum)
 
 
 def _arm(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
-    """Least peak torque from rest to rest, replayed on the full model and locked there."""
+    """Least largest part of its caps from rest to rest, replayed and locked on the full model."""
     slew = _slew(study, name, duration)
     motion = solve_stage(
         slew.under("torque"),
         objective=OBJECTIVE,
+        shared=_caps(study, slew, name),
         intervals=study.intervals or None,
         progress=console.live,
     )
@@ -249,7 +280,6 @@ def _arm(study: MissionStudy, name: str, duration: float, console: Console) -> S
     residual = ALLOWED * study.residual_energy
     refined = refine(motion, residual=residual, live=console.live)
     passed = refined.still and refined.settled
-    # where a finer mesh was tried and the full model did not rest, it may in another duration
     finest = refined.motion.intervals == max(entry.intervals for entry in refined.rounds)
     return _arm_motion(
         study,
@@ -257,7 +287,8 @@ def _arm(study: MissionStudy, name: str, duration: float, console: Console) -> S
         refined.motion,
         refined.replay,
         passed=passed,
-        refined_in=duration if passed and finest else None,
+        refined_in=duration if passed else None,
+        finest=finest,
     )
 
 
@@ -269,6 +300,7 @@ def _arm_motion(
     *,
     passed: bool,
     refined_in: float | None = None,
+    finest: bool = True,
 ) -> StageMotion:
     """What a motion of an arm uses, and where others begin if it was refined."""
     joint, duration = motion.stage.moving[0], motion.stage.duration
@@ -281,7 +313,7 @@ def _arm_motion(
     start = None
     if refined_in is not None:
         solution = packed(motion.solution, known=motion.stated.problem)
-        start = ArmStart(duration, refined_in, motion.weight, solution)
+        start = ArmStart(duration, refined_in, motion.weight, solution, finest)
     return StageMotion(name, duration, uses, passed, history, start=start)
 
 
@@ -335,7 +367,7 @@ def _turn(study: MissionStudy, duration: float, console: Console) -> StageMotion
 def move_ring(
     study: MissionStudy, duration: float, before: Law | None, console: Console
 ) -> StageMotion:
-    """Least of the larger of rope force and reaction, each over its cap; the arm is left at rest.
+    """Least of the largest part of the caps on forces and wheels; the arm is left at rest.
 
     Parameters
     ----------
@@ -349,12 +381,15 @@ def move_ring(
     truss = _ring_study(study, duration)
     start = bezier_start(truss) if before is None else from_neighbour(before, truss)
     # a mission has no budget of time, so that its answer is the same on a slower machine
-    settings = dataclasses.replace(settings_of(truss, with_forces=True), seconds=None)
+    settings = dataclasses.replace(settings_of(truss, True, ROUGHLY_WITH_ARM), seconds=None)
     return _ring_motion(study, truss, start, settings, console)
 
 
 def move_ring_alone(study: MissionStudy, duration: float, console: Console) -> StageMotion:
-    """The same of a ring whose fixed bar is held, which leaves in the arm what it leaves."""
+    """The same of a ring whose fixed bar is held, which leaves in the arm what it leaves.
+
+    Nothing is known there of what the root passes on.
+    """
     truss = dataclasses.replace(_ring_study(study, duration), arm=None, caps=Caps(jerk=study.jerk))
     settings = Settings(intervals=20, refinement=AdaptiveMesh(move_breakpoints=False))
     return _ring_motion(study, truss, bezier_start(truss), settings, console)
@@ -379,14 +414,17 @@ def _ring_motion(
     console: Console,
 ) -> StageMotion:
     caps = {"peak-force": study.rope_force, "peak-reaction": study.reaction}
+    wheels = {"peak-root-moment": study.wheel_torque, "peak-root-momentum": study.wheel_momentum}
+    taken = {key: cap for key, cap in wheels.items() if cap is not None and truss.arm is not None}
     weights = dict.fromkeys(OBJECTIVES, 1.0)
-    price = first_price(truss, 0, weights, with_forces=True) / study.rope_force
+    heavier = 1.0 if truss.arm is None else HEAVIER
+    price = heavier * first_price(truss, 0, weights, with_forces=True) / study.rope_force
     statement = state(truss, start, weights, with_forces=True, price=price)
 
     pieces: list[tuple[Any, Any]] = []
     for phase, net in zip(statement.phases, statement.nets, strict=True):
-        at = Instant(truss, statement.signals, net)
-        pieces += [(phase, QUANTITIES[key].expression(at)[0] / cap) for key, cap in caps.items()]
+        at, shared = Instant(truss, statement.signals, net), (caps | taken).items()
+        pieces += [(phase, QUANTITIES[key].expression(at)[0] / cap) for key, cap in shared]
     objective = peak(*pieces, name="utilisation", absolute=True)
     if statement.price is not None:
         objective = objective + statement.price.symbol * statement.roughness

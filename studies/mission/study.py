@@ -26,6 +26,7 @@ from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.folder import provenance
 from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.rounding import up
 from studies.common.stops import kept_anyway
 from studies.mission.config import MissionStudy
 from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
@@ -530,7 +531,16 @@ def _broken_caps(mission: Mission) -> str:
         )
     if by_time:
         return f"{found}; ask for --total {needed:.3g} or a little more"
-    return f"{found}; a total of about {needed:.3g} s would do, see --least time"
+    over = ", ".join(
+        f"{up(use.value)} {use.unit} for the {use.title} of the {motion.name}"
+        for motion in mission.motions
+        for use in motion.uses
+        if use.share > 1.0 + WITHIN
+    )
+    return (
+        f"{found}; a total of about {needed:.3g} s would do, see --least time, or in this time "
+        f"caps of {over}"
+    )
 
 
 def _checks(mission: Mission) -> tuple[Criterion, ...]:

@@ -60,6 +60,23 @@ def peak_torque(arm: ArmPhase) -> Functional:
     return peak(*((arm.phase, tau / unit) for tau in arm.torque.values()), absolute=True)
 
 
+def largest_part(arm: ArmPhase, caps: TorqueCaps) -> Functional:
+    """Largest part of the caps on torque, and on moment and momentum at the root, of one joint.
+
+    In units of the rigid arm's torque, as `peak_torque`, which it is where no other part is larger.
+    """
+    k = arm.stage.moving[0]
+    unit, cap = _CONSTANT * float(arm.stage.torque_units[k]), caps.torque[k]
+    assert cap is not None
+    parts = [arm.torque[k] / unit]
+    if caps.momentum is not None:
+        parts.append(angular_momentum(arm.model, arm.q, arm.v) * (cap / caps.momentum / unit))
+    if caps.root_moment is not None:
+        moment = root_moment(arm.model, arm.q, arm.v, arm.acceleration)
+        parts.append(moment * (cap / caps.root_moment / unit))
+    return peak(*((arm.phase, part) for part in parts), absolute=True)
+
+
 def energy(arm: ArmPhase) -> Any:
     """Mean square torque: the heat of motors that recover what they brake.
 
@@ -196,7 +213,12 @@ class StatedMotion:
 
 
 def problem(
-    stage: Stage, caps: TorqueCaps, objective: str = "smoothest", *, left: float | None = None
+    stage: Stage,
+    caps: TorqueCaps,
+    objective: str = "smoothest",
+    *,
+    left: float | None = None,
+    shared: TorqueCaps | None = None,
 ) -> StatedMotion:
     """The best motion of a stage under its caps: the one statement of all questions to the arm.
 
@@ -206,6 +228,8 @@ def problem(
     Parameters
     ----------
     left : energy that the lock may meet instead of rest [J], see `arm_phase`.
+    shared : further caps, which are no limits: their largest part is least instead of the peak
+        torque.
     """
     chosen, duration = OBJECTIVES[objective], stage.duration
     end = None
@@ -214,7 +238,8 @@ def problem(
         end = Between(shortest * duration, longest * duration, duration)
     arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end, left=left)
 
-    least, weight = chosen.build(arm), None
+    least = chosen.build(arm) if shared is None else largest_part(arm, shared)
+    weight = None
     if chosen.smoothing:
         weight = Constant("weight of the smoothness", "1", chosen.smoothing)
         least = least + weight * smoothness(arm)

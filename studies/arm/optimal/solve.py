@@ -43,6 +43,7 @@ def solve_stage(
     stage: Stage,
     *,
     caps: TorqueCaps | None = None,
+    shared: TorqueCaps | None = None,
     objective: str = "smoothest",
     intervals: int | None = None,
     at_least: int = 0,
@@ -53,7 +54,8 @@ def solve_stage(
     """Solve one stage on one mesh; the stage solved lasts what the solver chose.
 
     No mesh of fewer than `at_least` intervals is tried: for a stage whose easier neighbour was
-    found on such a mesh first. `solver` takes the place of `ocp.solve`, see `finished_solves`.
+    found on such a mesh first. `shared` is that of `problem`. `solver` takes the place of
+    `ocp.solve`, see `finished_solves`.
 
     Raises
     ------
@@ -82,7 +84,7 @@ def solve_stage(
             solver=solver,
         ).trajectory
 
-    stated = problem(stage, caps, objective)
+    stated = problem(stage, caps, objective, shared=shared)
     weight = OBJECTIVES[objective].smoothing
     return solved(name, stated, weight, None, (intervals,), guess, progress, solver, at_least)
 

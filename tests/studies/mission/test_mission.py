@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +17,7 @@ from models.arm.parameters import ArmParameters
 from models.ring_on_arm import RingOnArm
 from models.truss import DYNAMIC_SET
 from ocp import Interrupted
+from studies.arm.stage import big_arm
 from studies.cli import main
 from studies.common.configuration import as_stated, toml_text
 from studies.common.console import Console
@@ -251,6 +253,21 @@ def test_the_wheels_of_a_held_satellite_share_out_time() -> None:
         MissionStudy(wheel_momentum=30.0, satellite_inertia=2000.0)
 
 
+@pytest.mark.slow
+def test_a_cap_on_the_momentum_shapes_the_motion_of_an_arm() -> None:
+    """As a rigid arm that speeds up, goes on at its momentum and brakes, in closed form."""
+    cap, T = 10.0, 9.0
+    raw = {"refine": False, "intervals": 100, "residual_energy": 0.01}
+    study = study_from({**raw, "wheel_momentum": cap})
+    plain, capped = (move(one, "big arm", T, Console()) for one in (study_from(raw), study))
+    turn = big_arm(T).inertia_turns[0]  # T = turn/h + h/tau, with equal parts of both caps
+    part = turn / (cap * (T - cap / study.big_torque))
+    torque, momentum = capped.uses[0], capped.uses[2]
+    assert torque.share == pytest.approx(momentum.share, rel=0.01)
+    assert part < torque.share < 1.07 * part  # a flexible arm cannot step its torque
+    assert np.abs(plain.history["momentum"]).max() > 1.25 * momentum.value
+
+
 def test_the_page_sets_no_stage_beside_the_mission_as_another_law(folder: Path) -> None:
     (sentence,) = words.answer(Result.load(folder))
     assert sentence.startswith("The largest part of a cap that is used is 0.52")
@@ -383,6 +400,13 @@ def test_a_total_in_which_no_split_keeps_the_caps_says_how_much_would_do(monkeyp
     # 20.3 s for the motions, and four dwells of 2 s
     assert "no split of 16 s was found that keeps all caps" in result.verdict.sentence
     assert "a total of about 28.3 s would do" in result.verdict.sentence
+    # or the caps that these motions keep
+    for stage in result.details["stages"]:
+        for use in stage["uses"]:
+            words = rf"(\S+) {use['unit']} for the {use['title']} of the {stage['stage']}"
+            named = re.search(words, result.verdict.sentence)
+            assert (named is not None) == (use["share"] > 1.0)
+            assert named is None or use["value"] <= float(named[1]) <= 1.01 * use["value"]
 
 
 @pytest.mark.parametrize("asked", [{"total": 36.0}, {"least": "time"}])
