@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -82,7 +83,13 @@ def _highest_limit(
         high = FAR * low if stated is None else min(FAR * low, stated)
         return high, found(traded.at(high))
     law = found(traded.truss)
-    return stated or traded.value(law), law
+    high = stated or traded.value(law)
+    if not math.isfinite(high):  # the jerk of an acceleration that steps
+        raise StudyError(
+            f"the motion of the least {QUANTITIES[traded.least].title} has no "
+            f"{QUANTITIES[traded.limited].title}: give --range, e.g. {low:.4g}..{FAR * low:.4g}"
+        )
+    return high, law
 
 
 def _least_limit(

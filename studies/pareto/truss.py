@@ -11,7 +11,6 @@ import math
 import time as clock
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from models.errors import ModelError
 from models.laws import Law
@@ -43,9 +42,6 @@ from studies.truss.limits.feasibility import Unattained
 from studies.truss.motions.deployment import Deployment
 from studies.truss.search.best_law import best_law
 from studies.truss.search.proofs import PhasePlanes, check_some_motion, open_limit
-
-if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
-    pass
 
 # A front is read to four digits, and its values are measured between the points of the mesh, not
 # promised. So a limit or a peak may leak by this part between them, as the motion is then a point
