@@ -38,7 +38,7 @@ def draw(axes: plt.Axes, place: float, found: dict[str, float], color: str) -> N
     for name, value in sorted(found.items(), key=lambda item: item[1]):
         axes.plot(place, value, "o", color=color, alpha=0.7)
         # names stand one above the other
-        label = max(value, label * 1.13)
+        label = max(value, label * 1.15)
         axes.text(place + 0.04, label, name, fontsize=7, va="center")
     middle = median(found.values())
     axes.plot([place - 0.08, place + 0.02], [middle, middle], color="black", linewidth=2)
@@ -49,7 +49,7 @@ def draw(axes: plt.Axes, place: float, found: dict[str, float], color: str) -> N
 def main() -> None:
     """Draw the ratios of all problems in a column for each question."""
     problems = json.loads(MEASURED.read_text("utf-8"))
-    figure, axes = plt.subplots(figsize=(9.5, 5.0), layout="constrained")
+    figure, axes = plt.subplots(figsize=(12.0, 6.0), layout="constrained")
     columns = [
         ("yapss", "accuracy=0.001", "yapss,\nright to 1e-3"),
         ("engine", "accuracy=0.001", "ocp,\naccuracy=1e-3"),
