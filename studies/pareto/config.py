@@ -24,7 +24,7 @@ from studies.common.configuration import (
 from studies.common.exit_codes import StudyError
 from studies.fronts import keys
 from studies.truss import config as truss_config
-from studies.truss.config import TrussStudy
+from studies.truss.config import TrussStudy, ends_in_words
 from studies.truss.limits.caps import CAPPED
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
@@ -129,7 +129,7 @@ class ParetoStudy:
         friction = self.truss.truss.pulley_friction
         return (
             f"Ring truss, {self.truss.truss.modules} modules, mu = {friction:g}, "
-            f"{time}{self.truss.ends_in_words}: {least} against {limited}"
+            f"{time}{ends_in_words(self.truss)}: {least} against {limited}"
         )
 
 

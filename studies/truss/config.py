@@ -45,8 +45,15 @@ from studies.truss.limits.caps import (
     with_margins_kept,
     within_the_drive,
 )
-from studies.truss.limits.tolerances import PLAUSIBLE, check_plausible
 from studies.truss.quantities import OBJECTIVES
+from studies.truss.stated_together import (
+    ONE_WAY,
+    check_duration,
+    check_loads,
+    check_opening,
+    check_plausible_values,
+    check_stretch,
+)
 
 if TYPE_CHECKING:  # CasADi loads with the models, and not for a table of keys
     from models.ring_on_arm import RingOnArm
@@ -55,11 +62,9 @@ if TYPE_CHECKING:  # CasADi loads with the models, and not for a table of keys
 DEPLOYED = math.pi / 2  # [rad]
 PAPER_DURATION = 140.0  # [s], follows from the paper's 5.7e-4 rad/s^2 and (40)
 SETS = ("dynamic", "kinematic")  # of parameters, as the paper has them
-ONE_WAY = ("joint_coulomb", "slider_coulomb", "off_load_friction", "measured_torque")
 # of Coulomb friction, of a test bench and measured; none of them is the paper's
 LOADS = ("other_pulleys", "gravity", "off_load", *ONE_WAY)
 ENDS = ("start_deg", "start_rate_deg_per_s", "end_deg")  # of a motion that is not all of it
-ROUNDED = 1e-9  # relative: an angle in degrees that was meant to be the stowed one
 STARTS = ("bezier", "step5", "straight", "dwell", "phase-plane")
 
 
@@ -409,152 +414,37 @@ class TrussStudy:
 
     def __post_init__(self) -> None:
         check(self)
-        self._check_plausible()
-        self._check_opening()
-        if "time" in self.objectives and self.fixed_duration is not None:
-            raise StudyError(
-                f"the objective time needs bounds on the duration, but it is fixed at "
-                f"{self.fixed_duration:g} s; give --duration LOW..HIGH or duration = [low, high]"
-            )
-
-        self._check_bench()
+        check_plausible_values(self)
+        check_opening(self)
+        check_duration(self)
+        check_loads(self)
         check_stated(self.caps, self.objectives, self.drive, self.margin, self.arm)
         if self.drive is not None:
             from studies.drive.snap_through import check_rope  # the models load with it
 
             check_rope(self.truss, self.drive, self.opening)
-        if self.plans_stretch and self.arm is not None:
-            raise StudyError(
-                "drive.plan_stretch is for a ring whose fixed bar is held, but [arm] is stated; "
-                "leave one of them out"
-            )
-        if self.plans_stretch and not self.jerk_limited:
-            raise StudyError(
-                "drive.plan_stretch needs a cap on the jerk, or the ropes' tension could step; "
-                'state caps.jerk, such as "200/T^3"'
-            )
+        check_stretch(self)
         if self.margin is not None:
             self.margin.load_cases(self.truss)  # said before any work
 
         # only here all that a jerk in words depends on is known, and what the drive can do
         resolved = dataclasses.replace(
-            self.caps, jerk=self._jerk_cap(self.caps.jerk), residual_energy=self._residual_cap()
+            self.caps, jerk=_jerk_cap(self, self.caps.jerk), residual_energy=self._residual_cap()
         )
         within = within_the_drive(resolved, self.drive)
         object.__setattr__(self, "caps", with_margins_kept(within, self.drive, self.margin))
 
-    def _check_opening(self) -> None:
-        """Refuse angles that no motion has, and a start that other keys rule out."""
-        truss = self.truss
-        stowed = math.degrees(truss.stowed_angle)
-        start = stowed if self.start_deg is None else self.start_deg
-        end = 90.0 if self.end_deg is None else self.end_deg
-        if start < stowed * (1 - ROUNDED):
-            raise StudyError(
-                f"start_deg is {start:g}, but the stowed ring is at {stowed:.6g} deg; start there "
-                "or later, or lower truss.stowed_angle_deg"
-            )
-        if end > 90.0:
-            raise StudyError(f"end_deg is {end:g}, but the ring is open at 90 deg; end there")
-        if start >= end:
-            raise StudyError(
-                f"the motion starts at {start:g} deg and ends at {end:g} deg; start before the end "
-                "(start_deg), or end later, at up to 90 deg (end_deg)"
-            )
-        if self.arm is not None and end < 90.0:
-            raise StudyError(
-                f"end_deg is {end:g}, but what is left in the arm is looked at with the ring open; "
-                "leave end_deg or [arm] out"
-            )
-        if not self.start_rate_deg_per_s:
-            return
-        kept_at_rest = {
-            "[arm], which is at rest at first,": self.arm is not None,
-            "drive.rope_stiffness, with which the ring is at rest at first,": (
-                self.drive is not None and self.drive.rope_stiffness is not None
-            ),
-            "drive.start_dwell": self.drive is not None and self.drive.start_dwell > 0.0,
-        }
-        for other, stated in kept_at_rest.items():
-            if stated:
-                raise StudyError(
-                    f"start_rate_deg_per_s is {self.start_rate_deg_per_s:g}, but {other} is "
-                    "stated; leave one of them out"
-                )
-
-    def _check_bench(self) -> None:
-        """Refuse what the models of arm and yielding ropes leave out."""
-        *in_plane, _ = self.truss.gravity  # along the ring's axis nothing moves, nor does the arm
-        if self.arm is not None and any(in_plane):
-            raise StudyError(
-                f"truss.gravity is {list(self.truss.gravity)}, and in the plane of ring and arm it "
-                "would bend the arm, which has no weight in its model; state it along the ring's "
-                "axis, as [0, 0, -9.81], or leave gravity or [arm] out"
-            )
-        if curve := self.truss.measured_torque:
-            from studies.margin.resistance import check_covers
-
-            ends = self.opening.start, self.opening.end
-            check_covers(curve, *ends, "truss.measured_torque")
-            if self.margin is not None and self.margin.resistance is not None:
-                raise StudyError(
-                    "margin.resistance and truss.measured_torque are both stated, and each is all "
-                    "of the measured load; state truss.measured_torque alone, which counts in the "
-                    "margins, too"
-                )
-        rough = [name for name in ONE_WAY if getattr(self.truss, name)]
-        if rough and self.drive is not None and self.drive.rope_stiffness is not None:
-            raise StudyError(
-                f"truss.{rough[0]} is stated, but on ropes that give the truss also swings back, "
-                "and this load is modelled one way only; leave it or drive.rope_stiffness out"
-            )
-
-    def _check_plausible(self) -> None:
-        """Refuse numbers beyond the physics of the model, before any work."""
-        for end in self.duration:
-            check_plausible("duration", end)
-        if self.caps.force is not None:
-            check_plausible("caps.force", self.caps.force)
-        if self.drive is not None and self.drive.force is not None:
-            check_plausible("drive.force", self.drive.force)
-        check_plausible("caps.least_tension", self.caps.least_tension)
-        check_plausible("solver.intervals", self.solver.intervals)
-        for entry in dataclasses.fields(self.truss):
-            if f"truss.{entry.name}" in PLAUSIBLE:
-                check_plausible(f"truss.{entry.name}", getattr(self.truss, entry.name))
-
     def _residual_cap(self) -> float | None:
-        """The cap on what is left in the arm [J]; it also says what an arm does not go with."""
+        """The cap on what is left in the arm [J]."""
         stated = self.caps.residual_energy
-        if self.ring_on_arm is None:
+        if self.ring_on_arm is None or "residual-energy" in self.objectives:
             return stated
-        if self.margin is not None:
-            raise StudyError(
-                "the margins of [margin] do not include what [arm] does to the ropes; leave one of "
-                "them out"
-            )
-        minimised = "residual-energy" in self.objectives
-        return RESIDUAL if stated is None and not minimised else stated
+        return RESIDUAL if stated is None else stated
 
     @functools.cached_property
     def ring_on_arm(self) -> RingOnArm | None:
         """The model of the ring on its arm; None without an arm."""
         return None if self.arm is None else self.arm.with_ring(self.truss)
-
-    def _jerk_cap(self, stated: float | str | None) -> float | None:
-        """The cap on jerk as a number [rad/s^3]."""
-        if not isinstance(stated, str):
-            return stated
-        duration = self.fixed_duration
-        if duration is None:
-            raise StudyError(
-                f"caps.jerk is {quoted(stated)}, but the duration is free; give it in rad/s^3"
-            )
-
-        multiple = MULTIPLE_OF_DURATION.fullmatch(stated)
-        if multiple is None:
-            return law_jerk(stated, duration, self.opening.start, self.opening.end)
-        return positive("caps.jerk times T^3", as_number(multiple[1])) / duration**3
 
     @functools.cached_property
     def opening(self) -> Opening:
@@ -617,20 +507,20 @@ class TrussStudy:
         loads = ", ".join(name.replace("_", " ") for name in stated)
         return (
             f"Ring truss, {self.truss.modules} modules, mu = {self.truss.pulley_friction:g}, "
-            f"{time}{self.ends_in_words}{f', with {loads}' if loads else ''}: least {aims}"
+            f"{time}{ends_in_words(self)}{f', with {loads}' if loads else ''}: least {aims}"
         )
 
-    @property
-    def ends_in_words(self) -> str:
-        """Where the motion starts and ends, if it is not all of it."""
-        if self.is_whole:
-            return ""
-        start, end, rate = (
-            f"{math.degrees(value):.6g}"
-            for value in (self.opening.start, self.opening.end, self.opening.rate)
-        )
-        moving = f" at {rate} deg/s" if self.opening.rate else ""
-        return f", from {start} deg{moving} to {end} deg"
+
+def ends_in_words(study: TrussStudy) -> str:
+    """Where a motion starts and ends, if it is not all of the opening."""
+    if study.is_whole:
+        return ""
+    start, end, rate = (
+        f"{math.degrees(value):.6g}"
+        for value in (study.opening.start, study.opening.end, study.opening.rate)
+    )
+    moving = f" at {rate} deg/s" if study.opening.rate else ""
+    return f", from {start} deg{moving} to {end} deg"
 
 
 def _as_row(value: Any) -> tuple[Any, ...]:
@@ -659,6 +549,22 @@ def study_from(raw: Mapping[str, Any]) -> TrussStudy:
             "file; antenna-ocp truss --help lists all"
         )
     return from_mapping(TrussStudy, raw)
+
+
+def _jerk_cap(study: TrussStudy, stated: float | str | None) -> float | None:
+    """The cap on jerk as a number [rad/s^3]."""
+    if not isinstance(stated, str):
+        return stated
+    duration = study.fixed_duration
+    if duration is None:
+        raise StudyError(
+            f"caps.jerk is {quoted(stated)}, but the duration is free; give it in rad/s^3"
+        )
+
+    multiple = MULTIPLE_OF_DURATION.fullmatch(stated)
+    if multiple is None:
+        return law_jerk(stated, duration, study.opening.start, study.opening.end)
+    return positive("caps.jerk times T^3", as_number(multiple[1])) / duration**3
 
 
 def law_jerk(name: str, duration: float, start: float, end: float = DEPLOYED) -> float:
