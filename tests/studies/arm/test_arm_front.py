@@ -12,9 +12,10 @@ from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.questions.fronts import study as study_module
 from studies.arm.questions.fronts.laws import TimedLaw
+from studies.arm.questions.fronts.nearby_solves import NearbySolves, NotStillError
 from studies.arm.questions.fronts.point import AXES, Demand, most_left, unit_of
 from studies.arm.questions.fronts.study import laws_beside, result_of, walked_front
-from studies.arm.questions.fronts.subject import ArmFront, _NotStillError
+from studies.arm.questions.fronts.subject import ArmFront
 from studies.arm.stage import big_arm
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import silent
@@ -130,14 +131,14 @@ def test_the_reduced_model_is_asked_for_less_where_the_full_one_has_more(
         replayed = SimpleNamespace(residual_energy=left, miss=0.0)
         return SimpleNamespace(replay=lambda settings: replayed)
 
-    monkeypatch.setattr(ArmFront, "_again", again)
+    monkeypatch.setattr(NearbySolves, "_again", again)
     subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
     asked = None, Demand.of(big_arm(8.6), {"residual-energy": 1e-6}), "peak-torque", 1e-6, 150, None
     if not found:
         with pytest.raises(PointNotFound, match="the full model is left with 8"):
-            subject._once(*asked)
+            subject.nearby.once(*asked)
         return
-    tried = subject._once(*asked)
+    tried = subject.nearby.once(*asked)
     assert tried.replay.residual_energy == pytest.approx(0.98e-6)
     assert len(solved) == (1 if missed == 0.0 else 2)
     assert tried.asked == solved[-1]
@@ -149,10 +150,10 @@ def test_a_motion_that_does_not_rest_is_sought_with_more_smoothness(monkeypatch)
     def once(self, start, demand, least, weight, *given):
         weights.append(weight)
         if len(weights) == 1:
-            raise _NotStillError("7e-06 J are left")
+            raise NotStillError("7e-06 J are left")
         return "calm"
 
-    monkeypatch.setattr(ArmFront, "_once", once)
+    monkeypatch.setattr(NearbySolves, "once", once)
     monkeypatch.setattr(ArmFront, "_kept", lambda self, found, limits: found)
     subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
     start = SimpleNamespace(weight=1e-6, intervals=150)

@@ -96,7 +96,7 @@ def result_of(subject: ArmFront, found: ParetoFront, laws: Sequence[TimedLaw]) -
         ),
         details={
             "known": subject.known,
-            "solves": subject.solves,
+            "solves": subject.nearby.count,
             "profiles": motion_details(found.points),
             "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
         },

@@ -15,7 +15,6 @@ import math
 import time as clock
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,11 +23,11 @@ from ocp import FrontPoint, FrontWay, PointNotFound
 from ocp.arrays import Array
 from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.refinement import aimed_at_rest, refine
-from studies.arm.optimal.rounds import MISS, SAME
-from studies.arm.optimal.solve import check_bending, check_caps, solve_again, solve_stage
+from studies.arm.optimal.refinement import refine
+from studies.arm.optimal.rounds import SAME
+from studies.arm.optimal.solve import check_bending, check_caps, solve_stage
+from studies.arm.questions.fronts.nearby_solves import NearbySolves, NotStillError, PointMotion
 from studies.arm.questions.fronts.point import (
-    ASKED_ENERGY,
     AXES,
     ArmPoint,
     Demand,
@@ -36,7 +35,6 @@ from studies.arm.questions.fronts.point import (
     most_left,
     slopes_of,
 )
-from studies.arm.replay.full_model import LockedMotion, steps_for
 from studies.arm.search_limits import (
     ABOVE_REST,
     ABOVE_THE_LEAST,
@@ -50,22 +48,6 @@ from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
-
-_CORRECTIONS = 3  # solves at most until the full model keeps its energy
-
-
-@dataclass(frozen=True, eq=False)
-class _Tried:
-    """A solve with its replay, its next aim, and the energy that B21 was asked to leave at most."""
-
-    motion: OptimalMotion
-    replay: LockedMotion
-    aim: Array
-    asked: float | None = None
-
-
-class _NotStillError(PointNotFound):
-    """A motion was found, but the full model is left with more than is allowed."""
 
 
 class ArmFront:
@@ -88,7 +70,7 @@ class ArmFront:
         self.axes = AXES[self.limited], AXES[self.least]
         self.residual = study.still
         self.lightest = math.inf  # weight of the smoothness that either end needs, once known
-        self.solves = 0
+        self.nearby = NearbySolves(console, self.solver, study.still)
         self.remarks: list[str] = []  # on limits at which no end was found
         self.bests: dict[str, ArmPoint] = {}  # of the quantities that ends were sought by
         self._at_rest: dict[tuple[float, TorqueCaps, str], OptimalMotion] = {}
@@ -266,20 +248,22 @@ class ArmFront:
         demand = Demand.of(self.study.slew, limits)
         weight, finer = halves * start.weight, 1.0 / halves
         try:
-            found = self._once(start, demand, least, weight, finer, aim)
-        except _NotStillError:
+            found = self.nearby.once(start, demand, least, weight, finer, aim)
+        except NotStillError:
             # near the least torque its edges are sharp and stir modes that B21 lacks: no aim and
             # no finer mesh takes that away
-            return self._kept(self._once(start, demand, least, CALMER * weight, finer, aim), limits)
+            return self._kept(
+                self.nearby.once(start, demand, least, CALMER * weight, finer, aim), limits
+            )
         # an end that needed more smoothness than the other one hands it on to its neighbours
         lighter = max(self.lightest, weight / LIGHTER[ELBOW in found.motion.stage.moving])
         if lighter < weight:
             with suppress(PointNotFound):
-                found = self._once(found.motion, demand, least, lighter, 1.0, found.aim)
+                found = self.nearby.once(found.motion, demand, least, lighter, 1.0, found.aim)
 
         return self._kept(found, limits)
 
-    def _kept(self, found: _Tried, limits: Mapping[str, float]) -> ArmPoint:
+    def _kept(self, found: PointMotion, limits: Mapping[str, float]) -> ArmPoint:
         """What is kept of a motion under limits."""
         motion, replayed = found.motion, found.replay
         values = {
@@ -291,81 +275,3 @@ class ArmFront:
         }
         slopes = slopes_of(motion, limits, found.asked)
         return ArmPoint(motion, replayed, found.aim, values, slopes)
-
-    def _once(
-        self,
-        start: OptimalMotion,
-        demand: Demand,
-        least: str,
-        weight: float,
-        finer: float,
-        aim: Array,
-    ) -> _Tried:
-        """The motion that is best at a weight, whose full model keeps what is asked."""
-        try:
-            if demand.left is None:
-                motion = self._again(start, demand, least, weight, finer, aim)
-                found, aim = aimed_at_rest(
-                    motion,
-                    aim,
-                    residual=self.residual,
-                    live=self.console.live,
-                    solver=self.solver,
-                )
-                tried = _Tried(found.motion, found.replay, aim)
-            else:
-                tried = self._swinging(start, demand, least, weight, finer, aim)
-        except (StudyError, ModelError) as error:
-            raise PointNotFound(str(error)) from error
-        left = tried.replay.residual_energy
-        if left > (self.residual if demand.left is None else demand.left):
-            raise _NotStillError(f"the full model is left with {left:.3g} J")
-        if tried.replay.miss > MISS:
-            raise PointNotFound(f"the full model ends {tried.replay.miss:.1e} rad beside its angle")
-        return tried
-
-    def _swinging(
-        self,
-        start: OptimalMotion,
-        demand: Demand,
-        least: str,
-        weight: float,
-        finer: float,
-        aim: Array,
-    ) -> _Tried:
-        """The motion that may leave an energy; B21 is asked for less where the full model has more.
-
-        Both models swing alike but for what they miss of each other, which adds to the amplitude,
-        the root of the energy, and counts where little is allowed.
-        """
-        assert demand.left is not None
-        wanted = math.sqrt(ASKED_ENERGY * demand.left)
-        amplitude = wanted
-        for _ in range(_CORRECTIONS):
-            asked = amplitude**2
-            motion = self._again(start, replace(demand, left=asked), least, weight, finer, aim)
-            replayed = motion.replay(settings=steps_for(demand.left))
-            start, amplitude = motion, wanted + amplitude - math.sqrt(replayed.residual_energy)
-            if replayed.residual_energy <= demand.left or amplitude <= 0.0:
-                break
-        return _Tried(motion, replayed, aim, asked)
-
-    def _again(
-        self,
-        start: OptimalMotion,
-        demand: Demand,
-        least: str,
-        weight: float,
-        finer: float,
-        aim: Array,
-    ) -> OptimalMotion:
-        self.solves += 1
-        return solve_again(
-            start,
-            weight=weight,
-            aim=aim,
-            finer=finer,
-            stated=demand.stated(least),
-            progress=self.console.live,
-            solver=self.solver,
-        )
