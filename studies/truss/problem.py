@@ -93,7 +93,7 @@ STIFF = Ipopt(
 # of degree 4 a least moment about the root took twice the intervals, and more than 60 s
 ARM_DEGREE, ARM_INTERVALS = 6, 40
 # Of the largest force at rest, by which the ropes stay taut on an arm: what its mesh misses.
-PULL_MARGIN = 5e-4
+PULL_MARGIN = 1e-3
 # [J^(1/2)] by which a solve stays below the root of a cap on the energy: what its mesh misses.
 ARM_MARGIN = 1e-4
 LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
