@@ -226,6 +226,7 @@ def move_from(
     before = OptimalMotion("optimum", known, solution, start.weight)
     aim = np.zeros(2 * known.stage.model.size)
     residual = ALLOWED * study.residual_energy
+
     try:
         motion = solve_again(
             before,
@@ -237,6 +238,7 @@ def move_from(
         found, _ = aimed_at_rest(motion, aim, residual=residual, live=console.live)
     except StudyError:
         return _arm(study, name, duration, console)
+
     if not found.still or found.replay.miss > MISS:
         return _arm(study, name, duration, console)
     return _arm_motion(

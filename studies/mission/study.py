@@ -521,6 +521,8 @@ def _broken_caps(mission: Mission) -> str:
         if by_time
         else f"no split of {mission.total:.5g} s was found that keeps all caps, {over}"
     )
+
+    # a cap that a stage breaks in any time is what stops the mission
     if hopeless := [curve.name for curve in mission.curves if curve.least > 1.0 + WITHIN]:
         motion = next(one for one in mission.motions if one.name == hopeless[0])
         broken = [use.title for use in motion.uses if use.counts and use.share > 1.0 + WITHIN]
@@ -529,6 +531,7 @@ def _broken_caps(mission: Mission) -> str:
             f"{found}; more time does not help the {motion.name}, so raise its {caps} on the "
             f"{' and the '.join(broken)}"
         )
+
     if by_time:
         return f"{found}; ask for --total {needed:.3g} or a little more"
     over = ", ".join(

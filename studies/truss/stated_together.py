@@ -37,6 +37,7 @@ def check_opening(study: TrussStudy) -> None:
     stowed = math.degrees(truss.stowed_angle)
     start = stowed if study.start_deg is None else study.start_deg
     end = 90.0 if study.end_deg is None else study.end_deg
+
     if start < stowed * (1 - ROUNDED):
         raise StudyError(
             f"start_deg is {start:g}, but the stowed ring is at {stowed:.6g} deg; start there "
@@ -54,6 +55,7 @@ def check_opening(study: TrussStudy) -> None:
             f"end_deg is {end:g}, but what is left in the arm is looked at with the ring open; "
             "leave end_deg or [arm] out"
         )
+
     if not study.start_rate_deg_per_s:
         return
     kept_at_rest = {
