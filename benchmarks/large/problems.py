@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 
 from benchmarks.shows.engine.engine_problem import problem_of
-from benchmarks.shows.engine.large import variants
+from benchmarks.shows.engine.repeated import large
 from ocp import TIME, Algebraic, Between, Bound, Control, Phase, Problem, State
 
 
@@ -221,9 +221,9 @@ def bioreactor() -> Problem:
     return Problem("bioreactor", [phase], maximise=made - price * phase.integral(induction))
 
 
-def _of_show(title: str, name: str, optimum: float) -> Large:
-    """A problem of the show `engine-large`, with its crude guess."""
-    variant = variants()[name]
+def _read(title: str, name: str, optimum: float) -> Large:
+    """A problem that is stated as text, with its crude guess."""
+    variant = large(name)
     return Large(
         title, lambda: problem_of(variant, guessed=True), optimum, variant.stated["source"]
     )
@@ -258,14 +258,12 @@ PROBLEMS = {
         "induced protein in a fed batch: J. Lee, W. F. Ramirez, AIChE J. 40 (1994), with the "
         "kinetics of A. Tholudur, W. F. Ramirez (1997); the price of the inducer is 2.5",
     ),
-    "powered landing": _of_show("powered landing", "powered_landing", -1666.257154),
-    "rigid body": _of_show("rigid body, turned in least time", "rigid_body_turn", 3.2430834),
-    "launch": _of_show("Delta III to orbit, four phases", "launch", 1.1454209567),
-    "free-flying robot": _of_show(
-        "free-flying robot, least thrust", "free_flying_robot", 7.9101439
-    ),
-    "distillation": _of_show("distillation column, 32 states", "distillation", 6.497789),
-    "heated rod": _of_show("heated rod, 20 states", "heated_rod", 0.421439097),
-    "quadrotor": _of_show("quadrotor through four gates", "quadrotor_gates", 4.0638229),
-    "five-link arm": _of_show("arm of five links", "five_link_arm", 0.017335735),
+    "powered landing": _read("powered landing", "powered_landing", -1666.257154),
+    "rigid body": _read("rigid body, turned in least time", "rigid_body_turn", 3.2430834),
+    "launch": _read("Delta III to orbit, four phases", "launch", 1.1454209567),
+    "free-flying robot": _read("free-flying robot, least thrust", "free_flying_robot", 7.9101439),
+    "distillation": _read("distillation column, 32 states", "distillation", 6.497789),
+    "heated rod": _read("heated rod, 20 states", "heated_rod", 0.421439097),
+    "quadrotor": _read("quadrotor through four gates", "quadrotor_gates", 4.0638229),
+    "five-link arm": _read("arm of five links", "five_link_arm", 0.017335735),
 }

@@ -21,17 +21,12 @@ SHOWS = {
     "arm-random": "benchmarks.shows.arm_random",
     "truss-random": "benchmarks.shows.truss_random",
     "fuzz-commands": "benchmarks.shows.fuzz.commands",
-    "damaged-folders": "benchmarks.shows.fuzz.folders",
     "interrupts": "benchmarks.shows.fuzz.interrupts",
     "continued": "benchmarks.shows.fuzz.continued",
     "engine-families": "benchmarks.shows.engine.families",
     "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",
     "engine-swings": "benchmarks.shows.engine.stated:SWINGS",
-    "engine-spoilt": "benchmarks.shows.engine.spoilt",
-    "engine-planted": "benchmarks.shows.engine.planted",
-    "engine-large": "benchmarks.shows.engine.large",
-    "engine-shared": "benchmarks.shows.engine.stated:SHARED",
 }
 
 

@@ -18,13 +18,12 @@ import math
 import time
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from benchmarks.shows.engine.engine_problem import problem_of
-from benchmarks.shows.engine.plain import SECONDS as PLAIN_SECONDS
 from benchmarks.shows.engine.plain import Plain, Start, crude_start
 from benchmarks.shows.engine.variant import Variant
 from ocp import Settings, Solution, audit, certify, solve
@@ -60,37 +59,23 @@ class Reference:
     random_starts : beside the crude one and the engine's answers.
     audits : whether an audit looks for the better optimum where an answer is another one.
     guesses : from which the engine solves.
-    seconds : of the processor, for a run of the plain collocation.
-    known : further values of the objective by name, which no mesh has.
     """
 
     intervals: int = 200
     random_starts: int = 3
     audits: bool = True
     guesses: Sequence[str] = GUESSES
-    seconds: float = PLAIN_SECONDS
-    known: Mapping[str, float] = field(default_factory=dict)
 
 
 def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
-    """The answers of the engine beside those of the plain collocation.
-
-    What making the plain program and its run from the crude guess take is there as `expert`.
-    """
-    begin = time.process_time()
-    plain = Plain(variant, reference.intervals, reference.seconds)
-    crude = plain.solve(crude_start(variant))
-    seconds = time.process_time() - begin
-    expert = {"seconds": seconds, "iterations": crude.iterations, "status": crude.status}
-
-    half = Plain(variant, reference.intervals // 2, reference.seconds)
+    """The answers of the engine beside those of the plain collocation."""
+    plain, half = (Plain(variant, reference.intervals // part) for part in (1, 2))
     starts = {"crude": crude_start(variant)} | {
         f"random {k}": crude_start(variant, np.random.default_rng(k))
         for k in range(1, reference.random_starts + 1)
     }
-    values = {name: plain.solve(s).objective for name, s in starts.items() if name != "crude"}
-    values |= {"crude": crude.objective, **reference.known}
-    coarse = {"crude": half.solve(starts["crude"]).objective}
+    values = {name: plain.solve(start) for name, start in starts.items()}
+    coarse = {"crude": half.solve(starts["crude"])}
 
     answers: dict[str, dict[str, Any]] = {}
     ends: dict[str, Start] = {}
@@ -99,28 +84,20 @@ def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
         if solution is not None:
             name = f"engine, {guess}"
             ends[name] = start = start_from(solution)
-            values[name] = plain.solve(start, close=True).objective
-            coarse[name] = half.solve(start, close=True).objective
+            values[name] = plain.solve(start, close=True)
+            coarse[name] = half.solve(start, close=True)
 
     found = judged(variant, answers, values, coarse)
     if ends and doubted(answers):
         # a start that led nowhere is no better on a mesh four times as fine, and takes longest
         led = {name: start for name, start in starts.items() if math.isfinite(values[name])}
-        found = judged_finer(
-            variant,
-            answers,
-            reference.intervals,
-            led,
-            ends,
-            seconds=reference.seconds,
-            known=reference.known,
-        )
+        found = judged_finer(variant, answers, reference.intervals, led, ends)
 
     for guess, own in answers.items():
         own["audited"] = None
         if own["kind"] == "other optimum" and reference.audits:
             own["audited"] = _audited(variant, guess, found["best"], found["same"])
-    return {**found, "expert": expert, "answers": answers}
+    return {**found, "answers": answers}
 
 
 def judged(
@@ -161,9 +138,6 @@ def judged_finer(
     intervals: int,
     starts: Mapping[str, Start],
     ends: Mapping[str, Start],
-    *,
-    seconds: float = PLAIN_SECONDS,
-    known: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """The same on a finer mesh: an answer is wrong only if such a one says so too.
 
@@ -174,19 +148,16 @@ def judged_finer(
     ----------
     intervals : of the mesh that was not fine enough.
     starts, ends : where runs start, and where the engine ended, by name.
-    seconds : of the processor, for a run.
-    known : further values by name, which no mesh has.
     """
-    near, fine = (Plain(variant, intervals * part, seconds) for part in (FINER // 2, FINER))
-    values = {name: fine.solve(start).objective for name, start in starts.items()}
-    of_ends = {name: fine.solve(start, close=True).objective for name, start in ends.items()}
-    coarse = {name: near.solve(start, close=True).objective for name, start in ends.items()}
+    near, fine = (Plain(variant, intervals * part) for part in (FINER // 2, FINER))
+    values = {name: fine.solve(start) for name, start in starts.items()}
+    of_ends = {name: fine.solve(start, close=True) for name, start in ends.items()}
+    coarse = {name: near.solve(start, close=True) for name, start in ends.items()}
     if not any(math.isfinite(value) for value in coarse.values()):
-        finest = Plain(variant, 2 * FINER * intervals, seconds)
+        finest = Plain(variant, 2 * FINER * intervals)
         coarse = of_ends
-        of_ends = {name: finest.solve(start, close=True).objective for name, start in ends.items()}
-    values |= of_ends
-    return judged(variant, answers, {**values, **(known or {})}, coarse)
+        of_ends = {name: finest.solve(start, close=True) for name, start in ends.items()}
+    return judged(variant, answers, values | of_ends, coarse)
 
 
 def by_engine(

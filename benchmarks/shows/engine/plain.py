@@ -1,8 +1,7 @@
 """A plain collocation of a variant: Radau points of degree 3 on stated intervals, by IPOPT.
 
 It shares no code with the engine: points, rows, scaling and starts are made anew here. There is no
-refinement and no verification, as in most scripts. The intervals are equal, or where the file says
-`graded` they grow geometrically from one that is this part of the phase.
+refinement and no verification, as in most scripts. The intervals are equal.
 
 Symbols: tau points of an interval; D slopes of the Lagrange polynomials through its start and its
 points, at the points; b weights of the quadrature.
@@ -45,15 +44,6 @@ class Start:
     unknowns: Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class PlainResult:
-    """What a run ended with; the objective is nan where it found no motion."""
-
-    objective: float
-    iterations: int
-    status: str
-
-
 def radau() -> tuple[Values, Values, Values]:
     """Points (d,) with the end of the interval, slopes (d + 1, d) and weights (d,)."""
     legendre = Legendre.basis(DEGREE) - Legendre.basis(DEGREE - 1)
@@ -82,17 +72,13 @@ class Plain:
     variant : Variant
     intervals : int
         Shared evenly by the phases.
-    seconds : float
-        Of the processor, for a run.
     """
 
-    def __init__(self, variant: Variant, intervals: int, seconds: float = SECONDS) -> None:
+    def __init__(self, variant: Variant, intervals: int) -> None:
         self.variant = variant
         self.count = intervals // len(variant.phases)
         self.points, self.slopes, self.weights = radau()
         self.breakpoints = np.linspace(0.0, 1.0, self.count + 1)
-        if first := variant.stated.get("graded"):
-            self.breakpoints = np.concatenate([[0.0], np.geomspace(first, 1.0, self.count)])
         self._columns: list[tuple[Any, Values, Values, Values]] = []  # symbol, scale, limits
         self._rows: list[Any] = []
         self._limits: list[tuple[Values, Values]] = []
@@ -123,12 +109,9 @@ class Plain:
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
             "ipopt.max_iter": ITERATIONS,
-            "ipopt.max_cpu_time": seconds,
+            "ipopt.max_cpu_time": SECONDS,
             "ipopt.mu_strategy": "adaptive",
         }
-        for option, name in (("ordering", "pivot_order"), ("scaling", "scaling")):
-            if option in variant.stated:
-                options[f"ipopt.mumps_{name}"] = variant.stated[option]
         close = {"ipopt.mu_strategy": "monotone", "ipopt.mu_init": 1e-4, "ipopt.bound_push": 1e-6}
         program = {"x": columns, "f": objective, "g": ca.vertcat(*self._rows)}
         self._solvers = {
@@ -142,8 +125,11 @@ class Plain:
         places = (begin + self.points * width).ravel()
         return np.concatenate([[0.0], places]), places
 
-    def solve(self, start: Start, *, close: bool = False) -> PlainResult:
-        """Run IPOPT from a start, with a small barrier where that is close to an optimum."""
+    def solve(self, start: Start, *, close: bool = False) -> float:
+        """The objective of a run from a start, nan where it finds no motion.
+
+        Where the start is close to an optimum, the barrier is small.
+        """
         columns = self._packed(start)
         solver = self._solvers[close]
         result = solver(
@@ -153,9 +139,7 @@ class Plain:
             lbg=self.row_lower,
             ubg=self.row_upper,
         )
-        stats = solver.stats()
-        objective = float(result["f"]) if stats["success"] else math.nan
-        return PlainResult(objective, int(stats["iter_count"]), str(stats["return_status"]))
+        return float(result["f"]) if solver.stats()["success"] else math.nan
 
     def _column(self, symbol: Any, scale: Values, lower: Values, upper: Values) -> None:
         self._columns.append((symbol, scale, lower / scale, upper / scale))

@@ -1,6 +1,6 @@
-"""Large problems with as many signals as masses, trays or links, in the form of the files.
+"""Large problems, among them those with as many signals as trays or links.
 
-Each function returns what a table of `problems/large.toml` would, written out.
+Each function of these returns what a table of `problems/large.toml` would, written out.
 """
 
 from __future__ import annotations
@@ -12,56 +12,12 @@ from typing import Any
 import numpy as np
 from scipy.optimize import root
 
+from benchmarks.shows.engine.variant import Variant
 from ocp.arrays import Array
 
-MASSES = 20
 POINTS = 20  # inside the rod
 TRAYS = 32  # condenser and reboiler included
 LINKS = 5
-
-
-def chain() -> dict[str, Any]:
-    """A row of unit masses with unit springs, moved by a force on the first one.
-
-    The force is smooth: its rate is the control. Four of its signals are to have small peaks.
-    """
-    states: dict[str, Any] = {"f": {"first": 0, "last": 0}}
-    rates = {"f": "j"}
-    for i in range(1, MASSES + 1):
-        states[f"x{i}"] = {"first": 0, "last": 1}
-        states[f"v{i}"] = {"first": 0, "last": 0}
-        forces = ["f"] if i == 1 else [f"x{i - 1} - x{i}"]
-        if i < MASSES:
-            forces.append(f"x{i + 1} - x{i}")
-        rates |= {f"x{i}": f"v{i}", f"v{i}": " + ".join(forces)}
-    half = MASSES // 2
-    peaks = {
-        "p1": "f",
-        "p2": f"x{half + 1} - x{half}",
-        "p3": f"x{MASSES} - x{MASSES - 1}",
-        "p4": "v1",
-    }
-    return {
-        "source": "least peaks of four signals of a chain of twenty masses, after L. Wirsching, "
-        "H. G. Bock, M. Diehl, Fast NMPC of a chain of masses connected by springs, CCA 2006; "
-        "one dimension, numbers chosen here",
-        "intervals": 80,
-        # rows and columns by turns, and minimum degree: what MUMPS chooses by itself takes seven
-        # times and twice as long here
-        "scaling": 8,
-        "ordering": 0,
-        "objective": "p1 + p2 + p3 + p4",
-        "phases": [
-            {
-                "name": "move",
-                "end": 80,
-                "states": states,
-                "controls": {"j": {"lower": -0.01, "upper": 0.01, "scale": 0.01}},
-                "rates": rates,
-                "peaks": peaks,
-            }
-        ],
-    }
 
 
 def heated_rod() -> dict[str, Any]:
@@ -83,7 +39,6 @@ def heated_rod() -> dict[str, Any]:
     return {
         "source": "J. T. Betts, S. L. Campbell, Discretize then optimize, in Mathematics in "
         "Industry, SIAM 2005: heat equation with limits of the state; twenty points here",
-        "intervals": 100,
         "objective": "cost",
         "phases": [
             {
@@ -127,7 +82,6 @@ def distillation() -> dict[str, Any]:
         "source": "binary distillation column of J. D. Hedengren (nonlinear model library, "
         "column with 32 stages), after J. Hahn, T. F. Edgar, Computers and Chemical Engineering "
         "26 (2002); from memory",
-        "intervals": 80,
         "objective": "cost",
         "phases": [
             {
@@ -192,7 +146,6 @@ def arm() -> dict[str, Any]:
     return {
         "source": "a chain of rigid links, equations as in R. M. Murray, Z. Li, S. S. Sastry, A "
         "Mathematical Introduction to Robotic Manipulation, ch. 4; numbers chosen here",
-        "intervals": 240,  # the links whip at the end
         "objective": "effort",
         "phases": [
             {
@@ -259,8 +212,6 @@ def launch() -> dict[str, Any]:
     return {
         "source": "D. A. Benson, A Gauss pseudospectral transcription for optimal control, MIT "
         "2005, ch. 7: Delta III, 7529.71 kg into orbit, so 924.14 s or 1.145421; from memory",
-        "intervals": 100,
-        "optimum": 1.145421,
         "objective": "second_t_f",
         "rows": [{"expression": _at_end(e), "lower": v, "upper": v} for e, v in rows],
         "phases": phases,
@@ -323,5 +274,11 @@ REPEATED = {
     "distillation": distillation,
     "five_link_arm": arm,
     "launch": launch,
-    "chain": chain,
 }
+
+
+def large(name: str) -> Variant:
+    """A large problem, of the file or of this module, with its own numbers."""
+    if name in REPEATED:
+        return Variant(name, REPEATED[name](), {})
+    return Variant.nominal(name, "large")

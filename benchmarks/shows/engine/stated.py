@@ -3,7 +3,6 @@
 headings        unbounded angles of steering, thrust or heading
 singular        singular and chattering controls, also with stricter accuracies
 swings          four systems swung up in least time, with least effort and least peak
-shared          limits that are affine in controls and unknowns
 """
 
 from __future__ import annotations
@@ -20,8 +19,6 @@ from benchmarks.shows.engine.variant import Variant, catalogue
 from benchmarks.shows.show import Question, Row
 from ocp import Accuracy, Settings
 from studies.common.console import Table, number
-
-_PART = 3  # at most one in so many of the mesh iterations before is wanted
 
 
 @dataclass(frozen=True)
@@ -57,7 +54,6 @@ class Stated:
         if "optimum" in variant.stated:
             row["optimum"] = variant.value(variant.stated["optimum"])
             row["known to"] = variant.stated.get("optimum_known_to", 0.0)
-        row["rounds before"] = variant.stated.get("rounds_before")
         row["strict"] = [self._strict(variant, tolerance) for tolerance in self.strict]
         return row
 
@@ -73,25 +69,7 @@ class Stated:
         made = [Table(self.LINE, ("problem", *HEAD), lines), counts(rows)]
         if self.strict:
             made.append(_errors(rows))
-        known = [row for row in rows if not row["failure"] and row.get("rounds before")]
-        if known:
-            made.append(_rounds(known))
         return made
-
-
-def _rounds(rows: Sequence[Row]) -> Table:
-    """Mesh iterations without a guess, before and now, those that took most before first."""
-    lines, few = [], 0
-    for row in sorted(rows, key=lambda row: -row["rounds before"]):
-        before, now = row["rounds before"], row["answers"]["none"]["rounds"]
-        few += 0 < _PART * now <= before
-        lines.append((row["problem"], str(before), str(now), f"{now / before:.2f}"))
-    return Table(
-        "Mesh iterations without a guess",
-        ("problem", "before", "now", "part"),
-        lines,
-        (f"at most a third: {few} of {len(rows)}",),
-    )
 
 
 def _errors(rows: Sequence[Row]) -> Table:
@@ -134,4 +112,3 @@ SWINGS = Stated(
     LIMIT=3600.0,
     reference=Reference(intervals=120, random_starts=20),
 )
-SHARED = Stated("shared", "limits that are affine in controls and unknowns")

@@ -1,1 +1,1 @@
-"""Shows of bad input: command lines, study files and results folders that are wrong at random."""
+"""Shows of bad input and of stops: lines and files that are wrong at random, Ctrl-C, kills."""

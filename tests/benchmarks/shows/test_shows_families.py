@@ -1,7 +1,6 @@
 """Families: both statements of a benchmark are the benchmark's; what is said of an answer."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -55,7 +54,7 @@ def test_a_question_can_be_asked_again() -> None:
 @pytest.mark.parametrize("name", sorted({*catalogue()} - {"alp_rider"}))  # a minute: drawn below
 def test_plain_and_engine_state_the_benchmark(name: str) -> None:
     variant, benchmark = Variant.nominal(name), CATALOGUE[name]()
-    value = Plain(variant, 200).solve(crude_start(variant)).objective
+    value = Plain(variant, 200).solve(crude_start(variant))
     wanted = SENSE.get(name, 1) * benchmark.optimum
     assert value == pytest.approx(wanted, rel=PLAIN.get(name, 1e-5))
     if name != "shuttle":  # longitude has no effect there: the engine warns, and the show says why
@@ -115,13 +114,13 @@ def test_an_answer_is_judged_by_what_the_plain_collocation_finds() -> None:
 def test_a_mesh_whose_half_finds_nothing_judges_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
     # meshes err by 1/N^2, and one of 400 intervals finds nothing
     class Erring:
-        def __init__(self, variant: Variant, intervals: int, seconds: float) -> None:
+        def __init__(self, variant: Variant, intervals: int) -> None:
             self.intervals = intervals
 
-        def solve(self, start: object, *, close: bool = False) -> SimpleNamespace:
+        def solve(self, start: object, *, close: bool = False) -> float:
             found = close and self.intervals > 400
             error = (100 / self.intervals) ** 2
-            return SimpleNamespace(objective=10 + error if found else math.nan)
+            return 10 + error if found else math.nan
 
     monkeypatch.setattr(comparison, "Plain", Erring)
     variant = Variant.nominal("brachistochrone")

@@ -1,10 +1,10 @@
-"""Fuzzed lines and damaged folders: the same for a seed, over all commands, judged as stated."""
+"""Fuzzed lines: the same for a seed, over all commands, judged as stated."""
 
 from pathlib import Path
 
 import pytest
 
-from benchmarks.shows.fuzz import commands, folders
+from benchmarks.shows.fuzz import commands
 from benchmarks.shows.fuzz.grammar import KINDS
 from benchmarks.shows.fuzz.said import faults_of
 from studies.registry import COMMANDS
@@ -46,9 +46,3 @@ def test_a_spoilt_line_is_carried_out_and_watched(
     row = commands.answer(asked, case)
     assert (row["code"], row["faults"]) == (2, [])
     assert "nested deeper" in row["said"]
-
-
-def test_folders_are_damaged_alike_for_a_seed() -> None:
-    drawn = [folders.question(1, index) for index in range(40)]
-    assert drawn == [folders.question(1, index) for index in range(40)]
-    assert {question["kind"] for question in drawn} == set(folders.MADE)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from benchmarks.shows.engine.arcs import optimum_of
 from benchmarks.shows.engine.variant import Variant, catalogue
+from tests.benchmarks.shows.arcs import optimum_of
 
 SINGULAR = catalogue("singular")
 OF_ARCS = [name for name, stated in SINGULAR.items() if "arcs" in stated]

@@ -3,7 +3,6 @@
 Where the file of a problem says which arcs its control has, each with the control as a function of
 time and states, a motion is a plain simulation and the optimum is the least objective over a few
 lengths. So it is known to more digits than a collocation gives. Nothing is shared with the engine.
-A test holds the optima that the file states against these.
 
 Whatever the lengths, a motion within the limits has an objective that is not below the optimum.
 That the arcs are the right ones is known from the literature or from the minimum principle.
