@@ -257,6 +257,8 @@ def table(pairings: list[Pairing]) -> Table:
         "set-up [s]",
         "ratio",
     )
+
+    # ours first, then each of Exudyn's solvers with its ratio
     rows = [
         (
             pairing.case,
@@ -270,6 +272,8 @@ def table(pairings: list[Pairing]) -> Table:
         for pairing in pairings
         for timed in (pairing.ours, *pairing.theirs)
     ]
+
+    # the two codes' meshes converge to slightly different motions, as their curvatures differ
     apart = ", ".join(f"{pairing.case} {pairing.apart:.1e} m" for pairing in pairings)
     notes = (
         f"solver: wall clock without set-up, median of {ROUNDS} runs in turns; ours includes the "

@@ -92,6 +92,7 @@ def _table(records: Mapping[str, Record], chosen: Sequence[Benchmark]) -> Table:
     for benchmark in chosen:
         if (record := records.get(benchmark.name)) is None:  # interrupted before
             continue
+
         error = None if record.value is None else benchmark.error(record.value)
         rows.append(
             (
@@ -106,6 +107,7 @@ def _table(records: Mapping[str, Record], chosen: Sequence[Benchmark]) -> Table:
                 record.failure or ", ".join(record.failed_checks) or outcome(True),
             )
         )
+
     head = ("problem", "value", "error", "tolerance", "checks", "rounds", "iterations")
     return Table(
         "Benchmarks, default settings, from their stated guesses",

@@ -15,6 +15,7 @@ from yapss import Problem
 from yapss.math.wrapper import SXW
 
 from benchmarks.large.problems import PROBLEMS
+from benchmarks.race.peers.yapss_options import complete
 from ocp import TIME, Between
 from ocp.mesh.initial_guess import initial_guess
 from ocp.problem.functionals import Integral, PhaseTime
@@ -50,14 +51,9 @@ def statement(stated, intervals):
         inputs = inputs_of(stated, phase)
         set_bounds(ocp.bounds.phase[i], phase, inputs)
         set_guess(ocp.guess.phase[i], phase, inputs, guesses[phase.name])
-        ocp.mesh.phase[i].collocation_points = intervals * [POINTS]
-        ocp.mesh.phase[i].fraction = intervals * [1.0 / intervals]
 
     ocp.spectral_method = "lgr"
-    ocp.derivatives.method, ocp.derivatives.order = "auto", "second"
-    ocp.ipopt_options.print_level = 0
-    ocp.ipopt_options.print_user_options = "no"
-    ocp.ipopt_options.sb = "yes"
+    complete(ocp, intervals, POINTS)
     return ocp
 
 

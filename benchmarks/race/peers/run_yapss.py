@@ -4,6 +4,7 @@ import numpy as np
 import problems
 import row
 import yapss.math as ym
+import yapss_options
 from yapss import Problem
 
 IMPORTED = row.now()
@@ -49,13 +50,7 @@ def statement(problem, n):
     ocp.guess.parameter = [2.0]
 
     ocp.spectral_method, points = METHOD[problem]
-    ocp.mesh.phase[0].collocation_points = n * [points]
-    ocp.mesh.phase[0].fraction = n * [1.0 / n]
-
-    ocp.derivatives.method, ocp.derivatives.order = "auto", "second"
-    ocp.ipopt_options.print_level = 0
-    ocp.ipopt_options.print_user_options = "no"
-    ocp.ipopt_options.sb = "yes"
+    yapss_options.complete(ocp, n, points)
     return ocp
 
 
