@@ -1,5 +1,8 @@
 """A row of the comparison, and how it comes to its verdict.
 
+A row is stated by a title: "V-B: length of the big arm [m]" has place, quantity and unit. Without a
+unit it is 1.
+
 No verdict is a matter of opinion: each stands for something that is worked out, and `holds` says
 whether it was found. A row whose verdict does not hold fails the study.
 """
@@ -112,31 +115,32 @@ def agrees(printed: str, ours: float) -> bool:
     return math.isfinite(ours) and abs(ours - float(number)) <= ROUNDED * float(unit)
 
 
-def equal(
-    place: str, quantity: str, unit: str, printed: str, ours: float, reason: str = ""
-) -> Entry:
+def _named(title: str) -> tuple[str, str, str]:
+    """Place, quantity and unit of a title."""
+    place, _, what = title.partition(": ")
+    stated = re.fullmatch(r"(.*) \[(.*)\]", what)
+    return (place, stated[1], stated[2]) if stated else (place, what, "1")
+
+
+def equal(title: str, printed: str, ours: float, reason: str = "") -> Entry:
     """A row whose printed number ours has to round to."""
     holds = agrees(printed, ours)
-    return Entry(place, quantity, unit, printed, ours, PaperVerdict.EQUAL, reason, holds)
+    return Entry(*_named(title), printed, ours, PaperVerdict.EQUAL, reason, holds)
 
 
-def exact(
-    place: str, quantity: str, unit: str, printed: str, ours: float, reason: str = ""
-) -> Entry:
+def exact(title: str, printed: str, ours: float, reason: str = "") -> Entry:
     """A count or a coefficient: ours has to be the printed number itself, not only round to it."""
     holds = math.isclose(ours, float(printed), rel_tol=EXACT)
-    return Entry(place, quantity, unit, printed, ours, PaperVerdict.EQUAL, reason, holds)
+    return Entry(*_named(title), printed, ours, PaperVerdict.EQUAL, reason, holds)
 
 
-def taken(
-    place: str, quantity: str, unit: str, printed: str, ours: float, reason: str = ""
-) -> Entry:
+def taken(title: str, printed: str, ours: float, reason: str = "") -> Entry:
     """A parameter that our models have from the paper: it agrees, and proves nothing."""
-    entry = exact(place, quantity, unit, printed, ours, reason)
+    entry = exact(title, printed, ours, reason)
     return dataclasses.replace(entry, verdict=PaperVerdict.TAKEN)
 
 
-def formula(place: str, quantity: str, difference: float, reason: str = "") -> Entry:
+def formula(title: str, difference: float, reason: str = "") -> Entry:
     """A printed formula: written out here, it has to give what the models give.
 
     Parameters
@@ -145,60 +149,40 @@ def formula(place: str, quantity: str, difference: float, reason: str = "") -> E
     """
     holds = abs(difference) < FORMULA
     reason = reason or "the printed formula, written out, gives what the models give"
-    return Entry(place, quantity, "1", WRITTEN, difference, PaperVerdict.EQUAL, reason, holds)
+    return Entry(*_named(title), WRITTEN, difference, PaperVerdict.EQUAL, reason, holds)
 
 
-def shape(
-    place: str, quantity: str, unit: str, ours: float, checks: Mapping[str, bool], printed: str = ""
-) -> Entry:
+def shape(title: str, ours: float, checks: Mapping[str, bool], printed: str = "") -> Entry:
     """A curve or a statement in words: each check is one of its features."""
     failed = [name for name, passed in checks.items() if not passed]
     said = "; ".join(checks)
     reason = said if not failed else f"{said}; NOT FOUND: {'; '.join(failed)}"
-    return Entry(place, quantity, unit, printed, ours, PaperVerdict.SHAPE, reason, not failed)
+    return Entry(*_named(title), printed, ours, PaperVerdict.SHAPE, reason, not failed)
 
 
-def misprint(
-    place: str,
-    quantity: str,
-    unit: str,
-    printed: str,
-    ours: float,
-    reason: str,
-    shown: bool = True,
-) -> Entry:
+def misprint(title: str, printed: str, ours: float, reason: str, shown: bool = True) -> Entry:
     """A slip of the paper: what it prints elsewhere gives `ours`, and `shown` says what else."""
     differs = True
     if printed:
         off = abs(ours - float(printed))
         differs = off > DIFFERENT * max(abs(ours), abs(float(printed)))
     holds = differs and shown
-    return Entry(place, quantity, unit, printed, ours, PaperVerdict.MISPRINT, reason, holds)
+    return Entry(*_named(title), printed, ours, PaperVerdict.MISPRINT, reason, holds)
 
 
-def not_shared(
-    place: str,
-    quantity: str,
-    unit: str,
-    printed: str,
-    ours: float,
-    reason: str,
-    shown: bool = True,
-) -> Entry:
+def not_shared(title: str, printed: str, ours: float, reason: str, shown: bool = True) -> Entry:
     """A number or a statement that our models do not give, without proof that it is a slip."""
-    entry = misprint(place, quantity, unit, printed, ours, reason, shown)
+    entry = misprint(title, printed, ours, reason, shown)
     return dataclasses.replace(entry, verdict=PaperVerdict.NOT_SHARED)
 
 
-def assumption(
-    place: str, quantity: str, unit: str, ours: float, reason: str, printed: str = ""
-) -> Entry:
+def assumption(title: str, ours: float, reason: str, printed: str = "") -> Entry:
     """What the paper leaves open: ours is a choice."""
     holds = math.isfinite(ours)
-    return Entry(place, quantity, unit, printed, ours, PaperVerdict.ASSUMPTION, reason, holds)
+    return Entry(*_named(title), printed, ours, PaperVerdict.ASSUMPTION, reason, holds)
 
 
-def not_readable(place: str, quantity: str, unit: str, ours: float, reason: str) -> Entry:
+def not_readable(title: str, ours: float, reason: str) -> Entry:
     """A curve without numbers, or a sign that the text at hand may have lost."""
     holds = math.isfinite(ours)
-    return Entry(place, quantity, unit, "", ours, PaperVerdict.NOT_READABLE, reason, holds)
+    return Entry(*_named(title), "", ours, PaperVerdict.NOT_READABLE, reason, holds)

@@ -62,45 +62,35 @@ def _lengths() -> list[Entry]:
 
     return [
         not_readable(
-            "Fig. 1",
-            "supporting arms in the picture",
-            "1",
+            "Fig. 1: supporting arms in the picture",
             len((big, small)),
             "a picture without numbers; of its parts the two arms and the truss with its ropes and "
             "net are modelled, the satellite holds the root",
         ),
-        taken("V-B", "length of both arms", "m", "5", big.length + small.length),
-        taken("V-B", "length of the big arm", "m", "3", big.length),
-        taken("V-B", "length of the small arm", "m", "2", small.length),
+        taken("V-B: length of both arms [m]", "5", big.length + small.length),
+        taken("V-B: length of the big arm [m]", "3", big.length),
+        taken("V-B: length of the small arm [m]", "2", small.length),
         *(
             assumption(
-                "V-B",
-                f"bending stiffness of the {name} arm",
-                "N m^2",
+                f"V-B: bending stiffness of the {name} arm [N m^2]",
                 link.bending_stiffness,
                 f"{unknown} {tube}",
             )
             for name, link, tube in (("big", big, "60 x 2.0 mm"), ("small", small, "50 x 1.5 mm"))
         ),
         assumption(
-            "V-A",
-            "mass of the antenna, a particle at the tip",
-            "kg",
+            "V-A: mass of the antenna, a particle at the tip [kg]",
             arm.tip_mass,
             "the paper has a particle, too, but does not print its mass",
         ),
         assumption(
-            "V-B",
-            "internal damping of the arm, over critical",
-            "1",
+            "V-B: internal damping of the arm, over critical",
             arm.damping_ratio,
             "the paper names none",
         ),
         *(
             assumption(
-                "II-B, Fig. 2",
-                what,
-                "deg",
+                f"II-B, Fig. 2: {what} [deg]",
                 abs(float(np.degrees(angle))),
                 "not printed; our choice",
             )
@@ -131,17 +121,13 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
 
     return [
         taken(
-            "Fig. 15(a)",
-            "time at which the big arm stands at its end",
-            "s",
+            "Fig. 15(a): time at which the big arm stands at its end [s]",
             "86",
             stage.duration,
             "our torque is made for it",
         ),
         shape(
-            "Fig. 15(a)",
-            "y of the big arm's end at 86 s",
-            "m",
+            "Fig. 15(a): y of the big arm's end at 86 s [m]",
             float(end[1, -1]),
             {
                 "in its ideal position, 3 m with the turn that we assume": abs(end[1, -1] - 3.0)
@@ -150,18 +136,12 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
             },
         ),
         shape(
-            "Fig. 15(b)",
-            "greatest speed of the big arm's end along x",
-            "m/s",
+            "Fig. 15(b): greatest speed of the big arm's end along x [m/s]",
             float(np.abs(speed).max()),
-            {
-                "close to zero at the lock (V-A)": abs(speed[-1]) < 0.02 * np.abs(speed).max(),
-            },
+            {"close to zero at the lock (V-A)": abs(speed[-1]) < 0.02 * np.abs(speed).max()},
         ),
         shape(
-            "V-B",
-            "amplitude of the antenna's vibration during the big arm's motion",
-            "m",
+            "V-B: amplitude of the antenna's vibration during the big arm's motion [m]",
             swing,
             {
                 "there is always a slight vibration": swing > 0,
@@ -169,9 +149,7 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
             },
         ),
         shape(
-            "V-B",
-            "the big arm's motion: vibration in its second half over that in its first",
-            "1",
+            "V-B: the big arm's motion: vibration in its second half over that in its first",
             halves[1] / halves[0],
             {"does not diminish; our arm has no damping": halves[1] > 0.95 * halves[0]},
         ),
@@ -210,18 +188,14 @@ def _small_arm_end(stage: Stage, locked: LockedRun) -> list[Entry]:
 
     return [
         assumption(
-            "Fig. 16(a)",
-            "duration of the small arm's motion",
-            "s",
+            "Fig. 16(a): duration of the small arm's motion [s]",
             stage.duration,
             "printed as an approximate time, which we take from the release of the small arm; if "
             f"the clock started with the big arm, {stage.duration - 86:g} s would be left",
             printed="112",
         ),
         shape(
-            "Fig. 16(a)",
-            "y of the small arm's end at 112 s",
-            "m",
+            "Fig. 16(a): y of the small arm's end at 112 s [m]",
             float(tip[1, -1]),
             {
                 "in its position, 5 m with the turns that we assume": abs(tip[1, -1] - 5.0) < 1e-3,
@@ -229,16 +203,12 @@ def _small_arm_end(stage: Stage, locked: LockedRun) -> list[Entry]:
             },
         ),
         not_readable(
-            "Fig. 16(b)",
-            "greatest speed of the small arm's end along x",
-            "m/s",
+            "Fig. 16(b): greatest speed of the small arm's end along x [m/s]",
             float(np.abs(speed).max()),
             "the text speaks of the vibration only",
         ),
         not_readable(
-            "Fig. 16(c)",
-            "greatest x of the small arm's end",
-            "m",
+            "Fig. 16(c): greatest x of the small arm's end [m]",
             float(np.abs(tip[0]).max()),
             "the text speaks of the vibration only",
         ),
@@ -258,9 +228,8 @@ def _while_turning(locked: LockedRun, big: LockedRun) -> list[Entry]:
 
     return [
         not_shared(
-            "V-B, Fig. 16(b)",
-            "the antenna's vibration while the small arm turns over that while the big arm turns",
-            "1",
+            "V-B, Fig. 16(b): the antenna's vibration while the small arm turns over that "
+            "while the big arm turns",
             "",
             (ratio := shaken(run, 1) / shaken(big.before, 1)),
             "said to be more pronounced; ours is weaker as long as the elbow turns, and stronger "
@@ -268,9 +237,7 @@ def _while_turning(locked: LockedRun, big: LockedRun) -> list[Entry]:
             shown=ratio < 0.5,
         ),
         not_shared(
-            "V-B, Fig. 16(b)",
-            "first natural frequency while the small arm turns, folded",
-            "Hz",
+            "V-B, Fig. 16(b): first natural frequency while the small arm turns, folded [Hz]",
             "",
             first[0],
             f"said to be much below the {FOLDED:g} Hz of the big arm's motion; ours is so in the "
@@ -278,9 +245,7 @@ def _while_turning(locked: LockedRun, big: LockedRun) -> list[Entry]:
             shown=first[1] < FOLDED / 2 and first[0] > FOLDED,
         ),
         shape(
-            "Fig. 16(d)",
-            "drift of the big arm's end along x while the small arm turns",
-            "m",
+            "Fig. 16(d): drift of the big arm's end along x while the small arm turns [m]",
             drift,
             {
                 "there is a continuous drift, far above the vibration": drift > 10 * shaking,
@@ -290,9 +255,7 @@ def _while_turning(locked: LockedRun, big: LockedRun) -> list[Entry]:
             },
         ),
         shape(
-            "Fig. 16(d)",
-            "frequency of the big arm's end over that of the tip, at half of the turn",
-            "1",
+            "Fig. 16(d): frequency of the big arm's end over that of the tip, at half of the turn",
             tones[0] / tones[1],
             {"the two are consistent": abs(tones[0] / tones[1] - 1) < UNCHANGED},
         ),
@@ -324,16 +287,12 @@ def _after_its_lock(locked: LockedRun, big: LockedRun) -> list[Entry]:
 
     return [
         shape(
-            "V-B",
-            "amplitude of the tip after the lock of the small arm over that of the big arm",
-            "1",
+            "V-B: amplitude of the tip after the lock of the small arm over that of the big arm",
             swings[0] / swings[1],
             {"significantly increased, if the lock is meant": swings[0] > 2 * swings[1]},
         ),
         shape(
-            "V-B",
-            "frequency after the lock of the small arm",
-            "Hz",
+            "V-B: frequency after the lock of the small arm [Hz]",
             first,
             {
                 f"significantly reduced from the {FOLDED:g} Hz of the big arm, if the lock is "
@@ -341,9 +300,7 @@ def _after_its_lock(locked: LockedRun, big: LockedRun) -> list[Entry]:
             },
         ),
         shape(
-            "V-B",
-            "vibration of the big arm's end after the lock over that before it",
-            "1",
+            "V-B: vibration of the big arm's end after the lock over that before it",
             fluctuation,
             {"greater after the lock than during the motion": fluctuation > 1},
         ),
@@ -368,10 +325,8 @@ def _energy_left(name: str, runs: list[tuple[Stage, LockedRun]]) -> Entry:
     paces = [stage.duration for stage, _ in runs]
     energies = [locked.residual_energy for _, locked in runs]
     return shape(
-        "V-B",
-        f"energy that the lock of the {name} arm leaves in {paces[-1]:g} s over that in "
-        f"{paces[0]:g} s",
-        "1",
+        f"V-B: energy that the lock of the {name} arm leaves in {paces[-1]:g} s over that "
+        f"in {paces[0]:g} s",
         energies[-1] / energies[0],
         {"a longer time leaves less": _falls(energies[::-1])},
     )
@@ -386,16 +341,12 @@ def _vibration_by_pace(runs: list[Simulation]) -> list[Entry]:
 
     return [
         shape(
-            "V-B",
-            f"amplitude of the vibration {paces}",
-            "1",
+            f"V-B: amplitude of the vibration {paces}",
             swings[-1] / swings[0],
             {"it increases with the speed of rotation": _falls(swings[::-1])},
         ),
         not_shared(
-            "V-B, VI",
-            f"frequency of the vibration {paces}",
-            "1",
+            f"V-B, VI: frequency of the vibration {paces}",
             "",
             tones[-1] / tones[0],
             f"said to increase with the speed; ours stays at {tones[0]:.4f} Hz and "
@@ -415,9 +366,8 @@ def _modulus(cases: Cases, nominal: LockedRun) -> Entry:
     deflections = [float(np.abs(bent(run.before, 1)).max()) for run in runs]
     swings = [vibration(run.before.times, bent(run.before, 1)) for run in runs]
     return shape(
-        "V-B",
-        f"amplitude of the vibration with {MODULI[1]:g} times the modulus over {MODULI[0]:g} times",
-        "1",
+        f"V-B: amplitude of the vibration with {MODULI[1]:g} times the modulus over "
+        f"{MODULI[0]:g} times",
         swings[-1] / swings[0],
         {
             "a larger modulus reduces the deformation": _falls(deflections),
@@ -429,9 +379,7 @@ def _modulus(cases: Cases, nominal: LockedRun) -> Entry:
 def _length() -> Entry:
     tones = [float(_first_frequency(factor)) for factor in LENGTHS]
     return shape(
-        "VI",
-        f"first frequency of the straight locked arm, {LENGTHS[-1]:g} times as long, over ours",
-        "1",
+        f"VI: first frequency of the straight locked arm, {LENGTHS[-1]:g} times as long, over ours",
         tones[-1] / tones[1],
         {"it decreases with the arm's length": _falls(tones)},
     )

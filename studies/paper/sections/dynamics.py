@@ -48,45 +48,39 @@ def parameter_entries() -> list[Entry]:
     truss = DYNAMIC_SET
     area = math.pi / 4 * (TUBE_OUTER_DIAMETER**2 - TUBE_INNER_DIAMETER**2)
 
-    def used(name: str, unit: str, printed: str, ours: float) -> Entry:
-        return taken("V-C", name, unit, printed, ours, "the value of our dynamic set")
+    def used(what: str, printed: str, ours: float) -> Entry:
+        return taken(f"V-C: {what}", printed, ours, "the value of our dynamic set")
 
     return [
-        used("length a of a vertical bar", "m", "1", truss.bar_length),
-        used("half cross-bar b, dynamic set", "m", "0.45", truss.half_cross_bar),
-        used("crank c", "m", "0.1", truss.crank),
-        used("link d", "m", "0.15", truss.link),
-        used("number n of modules", "1", "24", truss.modules),
+        used("length a of a vertical bar [m]", "1", truss.bar_length),
+        used("half cross-bar b, dynamic set [m]", "0.45", truss.half_cross_bar),
+        used("crank c [m]", "0.1", truss.crank),
+        used("link d [m]", "0.15", truss.link),
+        used("number n of modules", "24", truss.modules),
         taken(
-            "V-C",
-            "density of the bars",
-            "kg/m^3",
+            "V-C: density of the bars [kg/m^3]",
             "1800",
             TUBE_DENSITY,
             "called a linear density, but its unit is that of a density",
         ),
         assumption(
-            "V-C",
-            "section of the bars",
-            "mm^2",
+            "V-C: section of the bars [mm^2]",
             1e6 * area,
             f"tubes of {1e3 * TUBE_OUTER_DIAMETER:g} mm outer and {1e3 * TUBE_INNER_DIAMETER:g} mm "
             f"inner diameter at {TUBE_DENSITY:g} kg/m^3; the paper gives no section",
         ),
         assumption(
-            "(23)",
-            "concentrated mass of each joint",
-            "kg",
+            "(23): concentrated mass of each joint [kg]",
             truss.joint_masses.bar_end,
             "the paper gives no joint masses; ours are zero",
         ),
-        used("initial deployment angle", "deg", "4.4", math.degrees(truss.stowed_angle)),
-        used("critical angle of the net", "deg", "80", math.degrees(truss.net_angle)),
-        used("stiffness k1 of the compression springs", "N/m", "100", truss.spring_stiffness),
-        used("equivalent stiffness k2 of the net", "N/m", "200", truss.net_stiffness),
-        used("natural length l0 of the springs", "m", "0.3", truss.spring_free_length),
-        used("viscous friction xi1 of rotating joints", "N m s/rad", "0.1", truss.joint_friction),
-        used("viscous friction xi2 of sliding joints", "N s/m", "0.1", truss.slider_friction),
+        used("initial deployment angle [deg]", "4.4", math.degrees(truss.stowed_angle)),
+        used("critical angle of the net [deg]", "80", math.degrees(truss.net_angle)),
+        used("stiffness k1 of the compression springs [N/m]", "100", truss.spring_stiffness),
+        used("equivalent stiffness k2 of the net [N/m]", "200", truss.net_stiffness),
+        used("natural length l0 of the springs [m]", "0.3", truss.spring_free_length),
+        used("viscous friction xi1 of rotating joints [N m s/rad]", "0.1", truss.joint_friction),
+        used("viscous friction xi2 of sliding joints [N s/m]", "0.1", truss.slider_friction),
     ]
 
 
@@ -98,9 +92,7 @@ def _density(cases: Cases) -> Entry:
         for deployment in (cases.laws(heavy)[0], cases.dynamic[0])
     )
     return misprint(
-        "V-C",
-        "greatest kinetic energy over the motor's work, if 1800 is a linear density",
-        "%",
+        "V-C: greatest kinetic energy over the motor's work, if 1800 is a linear density [%]",
         f"{share:.3g}",
         ours,
         "said to be very small, as it is if 1800 kg/m^3 is the density of our tubes",
@@ -137,9 +129,7 @@ def _without_friction(deployment: Deployment, plain: Mapping[str, float]) -> lis
     """Fig. 17: the work becomes potential energy."""
     small = [
         shape(
-            "Fig. 17(a)",
-            f"{words} over the motor's work, mu = 0",
-            "%",
+            f"Fig. 17(a): {words} over the motor's work, mu = 0 [%]",
             100 * plain[key],
             {"very small": plain[key] < SMALL},
         )
@@ -150,12 +140,10 @@ def _without_friction(deployment: Deployment, plain: Mapping[str, float]) -> lis
     ]
 
     return [
-        taken("V-C", "pulley friction of Fig. 17", "1", "0", deployment.truss.pulley_friction),
+        taken("V-C: pulley friction of Fig. 17", "0", deployment.truss.pulley_friction),
         *small,
         shape(
-            "Fig. 17(b)",
-            "potential energy gained over the motor's work, mu = 0",
-            "%",
+            "Fig. 17(b): potential energy gained over the motor's work, mu = 0 [%]",
             100 * plain["potential"],
             {
                 "the work becomes mainly potential energy": plain["potential"] > 1 - 2 * SMALL,
@@ -172,11 +160,9 @@ def _with_friction(
     rest = 1.0 - lossy["potential"]
 
     return [
-        taken("V-C", "pulley friction of Fig. 18", "1", "0.01", WITH_FRICTION.pulley_friction),
+        taken("V-C: pulley friction of Fig. 18", "0.01", WITH_FRICTION.pulley_friction),
         misprint(
-            "Fig. 18",
-            "pulley friction in the caption",
-            "1",
+            "Fig. 18: pulley friction in the caption",
             "0",
             deployment.truss.pulley_friction,
             "the text says 0.01, and without friction the dissipation that the figure draws in "
@@ -184,16 +170,12 @@ def _with_friction(
             shown=plain["pulleys"] == 0.0 < lossy["pulleys"],
         ),
         shape(
-            "Fig. 18(a)",
-            "greatest kinetic energy over the motor's work, mu = 0.01",
-            "%",
+            "Fig. 18(a): greatest kinetic energy over the motor's work, mu = 0.01 [%]",
             100 * lossy["kinetic"],
             {"kinetic energy very small": lossy["kinetic"] < SMALL},
         ),
         shape(
-            "Fig. 18(b)",
-            "dissipated in the pulleys over the motor's work, mu = 0.01",
-            "%",
+            "Fig. 18(b): dissipated in the pulleys over the motor's work, mu = 0.01 [%]",
             100 * lossy["pulleys"],
             {
                 "what is left of the work": abs(rest - lossy["pulleys"] - lossy["joints"]) < 1e-6,
@@ -209,24 +191,18 @@ def _concluded(plain: Mapping[str, float], lossy: Mapping[str, float]) -> list[E
 
     return [
         shape(
-            "VI",
-            "heat over what is left beside the potential energy, mu = 0.01",
-            "%",
+            "VI: heat over what is left beside the potential energy, mu = 0.01 [%]",
             100 * heat / rest,
             {"most of the rest becomes heat": heat > 0.99 * rest},
         ),
         assumption(
-            "VI",
-            "of the two things left to future work, how many the models have",
-            "1",
+            "VI: of the two things left to future work, how many the models have",
             0,
             "flexible members and play in the joints: ours are rigid and have none, as the paper's",
             printed="2",
         ),
         not_shared(
-            "VI",
-            "potential energy gained over the motor's work, mu = 0.01",
-            "%",
+            "VI: potential energy gained over the motor's work, mu = 0.01 [%]",
             "",
             100 * lossy["potential"],
             f"said to be the main share: so it is without pulley friction "
@@ -242,9 +218,7 @@ def _reaction(cases: Cases) -> Entry:
     bezier, step5 = (deployment.values["peak-reaction"] for deployment in cases.dynamic)
     least = least_peak_reaction(DYNAMIC_SET, cases.study.duration)
     return shape(
-        "VI",
-        "peak reaction on the arm, Bezier over Step5",
-        "1",
+        "VI: peak reaction on the arm, Bezier over Step5",
         bezier / step5,
         {
             "lower, as far as two laws are compared": bezier < step5,
@@ -266,21 +240,15 @@ def _forces(cases: Cases) -> list[Entry]:
     drawn = [mu for mu in FRICTIONS if mu not in (0.0, WITH_FRICTION.pulley_friction)]
     return [
         assumption(
-            "Fig. 19",
-            "frictions between 0 and 0.01 that are drawn",
-            "1",
+            "Fig. 19: frictions between 0 and 0.01 that are drawn",
             len(drawn),
             f"the paper's own cannot be read; ours are {' and '.join(f'{mu:g}' for mu in drawn)}",
         ),
         *found,
         shape(
-            "V-C",
-            "motor force that the net alone needs when fully deployed",
-            "N",
+            "V-C: motor force that the net alone needs when fully deployed [N]",
             net[1],
-            {
-                f"carried by the truss, beside {net[0]:.1f} N at 85 deg": abs(net[1]) < 1e-9,
-            },
+            {f"carried by the truss, beside {net[0]:.1f} N at 85 deg": abs(net[1]) < 1e-9},
         ),
     ]
 
@@ -317,11 +285,9 @@ def force_entries(deployment: Deployment) -> list[Entry]:
         float(rate[before & part].max(initial=-math.inf)) for part in (~taut, taut)
     )
     return [
-        shape("Fig. 19", f"motor force at the start, {mu}", "N", float(force[0]), rest),
+        shape(f"Fig. 19: motor force at the start, {mu} [N]", float(force[0]), rest),
         shape(
-            "Fig. 19",
-            f"greatest motor force, {mu}",
-            "N",
+            f"Fig. 19: greatest motor force, {mu} [N]",
             peak.value,
             {
                 "rises monotonically to it": _rises(force[before]),
@@ -332,7 +298,7 @@ def force_entries(deployment: Deployment) -> list[Entry]:
                 "falls from it to the end": _rises(-force[after]),
             },
         ),
-        shape("Fig. 19", f"motor force at the end, {mu}", "N", float(force[-1]), held),
+        shape(f"Fig. 19: motor force at the end, {mu} [N]", float(force[-1]), held),
     ]
 
 
@@ -365,11 +331,9 @@ def _tensions(cases: Cases) -> list[Entry]:
     last_of_first = profiles[:, -1] / profiles[:, 0]
 
     return [
-        exact("V-C", "cable sections of a rope", "1", "96", profiles.shape[1]),
+        exact("V-C: cable sections of a rope", "96", profiles.shape[1]),
         shape(
-            "Fig. 20",
-            "tension of the last segment over the motor's at the start, mu = 0.01",
-            "1",
+            "Fig. 20: tension of the last segment over the motor's at the start, mu = 0.01",
             float(last_of_first[0]),
             {
                 "tensions fall along the rope at all times": falls,

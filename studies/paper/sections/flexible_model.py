@@ -107,16 +107,14 @@ def element_entries() -> list[Entry]:
     gap = apart(gradient.full().ravel(), secant @ e)
     lacking = float(np.linalg.norm(tangent.full() - secant) / np.linalg.norm(tangent.full()))
     return [
-        exact("(2)-(3), Fig. 4", "coordinates of an element", "1", "8", len(mass)),
-        formula("(1), (3)", "r = S e and its slope at both nodes", apart(np.concatenate(ends), e)),
-        formula("(2)", "shape functions S1 to S4", rows),
-        formula("(4)-(5)", "mass matrix, constant", apart(mass, _written_mass())),
-        formula("(6)-(7)", "strain energy", abs(_energy(e) / float(energy) - 1)),
-        formula("(8)-(9)", "elastic force K e, the gradient of (6)", gap),
+        exact("(2)-(3), Fig. 4: coordinates of an element", "8", len(mass)),
+        formula("(1), (3): r = S e and its slope at both nodes", apart(np.concatenate(ends), e)),
+        formula("(2): shape functions S1 to S4", rows),
+        formula("(4)-(5): mass matrix, constant", apart(mass, _written_mass())),
+        formula("(6)-(7): strain energy", abs(_energy(e) / float(energy) - 1)),
+        formula("(8)-(9): elastic force K e, the gradient of (6)", gap),
         misprint(
-            "(8)",
-            "K as two derivatives of (6): share of the Hessian that K_l + K_n lacks",
-            "1",
+            "(8): K as two derivatives of (6): share of the Hessian that K_l + K_n lacks",
             "0",
             lacking,
             "if the words mean the second derivative: (9) is the secant stiffness, and the Hessian "
@@ -136,9 +134,7 @@ def _moment(e: Array) -> list[Entry]:
     ours[2:4] = moment_force(e[2], e[3], 1.0)
     return [
         misprint(
-            "(10)",
-            "work of a moment on the left node over a turn of its own slope",
-            "1",
+            "(10): work of a moment on the left node over a turn of its own slope",
             f"{written @ left:g}",
             float(ours @ left),
             "the force labelled 'left' acts on e7 and e8, the slope of the right node, and the "
@@ -146,9 +142,7 @@ def _moment(e: Array) -> list[Entry]:
             shown=bool(abs(written @ right - 1.0) < EXACT),
         ),
         not_readable(
-            "(10)",
-            "entries of the vector of generalised forces",
-            "1",
+            "(10): entries of the vector of generalised forces",
             e.size,
             "seven in the text at hand, for eight coordinates: a zero was lost in print or when "
             "the text was recognised",
@@ -204,35 +198,29 @@ def equation_entries() -> list[Entry]:
     rest = posed(release)
     falls, _ = Index1(release, [Free()]).start(0.0, rest.q, rest.v)
     return [
-        formula("(11)", "balance of forces, M a + K q - Q", apart(left_over(np.zeros(2)), balance)),
+        formula("(11): balance of forces, M a + K q - Q", apart(left_over(np.zeros(2)), balance)),
         formula(
-            "(12)",
-            "the same with a multiplier, and the constraint",
+            "(12): the same with a multiplier, and the constraint",
             apart(both, np.concatenate((balance + jacobian.T @ multiplier, jacobian @ q))),
         ),
         formula(
-            "(13)",
-            "accelerations and multipliers of a pinned element",
+            "(13): accelerations and multipliers of a pinned element",
             apart(solved(0.0, 0.0), written(0.0, 0.0)),
             "of a pin, whose constraint is linear: the terms of its curvature and of time are zero",
         ),
         not_readable(
-            "(13)",
-            "first unknown at the release of the single pendulum, vertical, at its tip",
-            "m/s^2",
+            "(13): first unknown at the release of the single pendulum, vertical, at its tip "
+            "[m/s^2]",
             float(falls[release.slots(0, -1)[1]]),
             "one dot in the text at hand, which is a velocity and zero there; the rows hold for "
             "the acceleration: a dot was lost in print or when the text was recognised",
         ),
         formula(
-            "(14)-(15)",
-            f"accelerations with alpha = {alpha:g}/s, beta = {beta:g}/s",
+            f"(14)-(15): accelerations with alpha = {alpha:g}/s, beta = {beta:g}/s",
             apart(solved(alpha, beta)[:8], written(alpha, beta)[:8]),
         ),
         assumption(
-            "Algorithm 1",
-            "order of the method that integrates the motion",
-            "1",
+            "Algorithm 1: order of the method that integrates the motion",
             2 * StepControl().stages - 1,
             "the paper names no method, no step and no measure of convergence; ours is Radau IIA, "
             "and by default on coordinates that keep the constraints",
@@ -254,9 +242,7 @@ def _stabilisation() -> list[Entry]:
     bare = drift(0.0)
     found = [
         shape(
-            "(14)",
-            f"drift of a lock with alpha = beta = {rate:g}/s, over that without",
-            "1",
+            f"(14): drift of a lock with alpha = beta = {rate:g}/s, over that without",
             (share := drift(rate) / bare),
             {f"the {end} factor stabilises": share < 0.5},
         )
@@ -265,9 +251,7 @@ def _stabilisation() -> list[Entry]:
     return [
         *found,
         assumption(
-            "(14)",
-            "stability factors alpha and beta",
-            "1/s",
+            "(14): stability factors alpha and beta [1/s]",
             OURS,
             "the paper gives a range, 5 to 50; ours lie within, and are critical as alpha = beta",
         ),
@@ -295,19 +279,15 @@ def _table_1() -> list[Entry]:
             strict=True,
         )
         found += [
-            taken("Table 1", f"{title}, {column} pendulum", unit, digits, value, reason)
+            taken(f"Table 1: {title}, {column} pendulum [{unit}]", digits, value, reason)
             for title, unit, digits, value in rows
         ]
 
         gravity = -case["gravity"][1]
-        found.append(
-            taken("Table 1", f"gravity, {column} pendulum", "m/s^2", "9.81", gravity, reason)
-        )
+        found.append(taken(f"Table 1: gravity, {column} pendulum [m/s^2]", "9.81", gravity, reason))
     found.append(
         assumption(
-            "Table 1",
-            "length of either link of the double pendulum",
-            "m",
+            "Table 1: length of either link of the double pendulum [m]",
             links[0]["length"],
             "the paper prints one length, which we take as that of the chain, of two equal links",
         )
@@ -318,9 +298,7 @@ def _table_1() -> list[Entry]:
 def _figures(cases: Cases) -> list[Entry]:
     found = [
         assumption(
-            "Fig. 5",
-            "angle at which both pendulums are released",
-            "deg",
+            "Fig. 5: angle at which both pendulums are released [deg]",
             0.0,
             "a drawing without numbers; ours start straight, horizontal and at rest",
         )
@@ -331,9 +309,7 @@ def _figures(cases: Cases) -> list[Entry]:
         drift = run.drift / float(run.kinetic.max())
         found.append(
             not_readable(
-                f"Fig. 6({panel})",
-                f"height of the {name} pendulum's tip at the end",
-                "m",
+                f"Fig. 6({panel}): height of the {name} pendulum's tip at the end [m]",
                 float(tip[1, -1]),
                 "the paper compares ANCF with Abaqus, which is not repeated here: beside ours "
                 f"stands the same with half the elements, at most {np.abs(tip - other).max():.0e} "

@@ -56,9 +56,8 @@ def _torques() -> list[Entry]:
     reason = "the scale of the curve is lost; ours turns the rigid arm by its angle in its time"
     return [
         not_readable(
-            f"Fig. 10({panel})",
-            f"start value of the {name} arm's linear torque, tau0 = 6 J dtheta / T^2",
-            "N m",
+            f"Fig. 10({panel}): start value of the {name} arm's linear torque, tau0 = 6 J "
+            "dtheta / T^2 [N m]",
             abs(linear_torque(stage)),
             reason,
         )
@@ -80,16 +79,14 @@ def _step5(cases: Cases) -> list[Entry]:
     fall = law.motion(T - rise).speed / (2 * stroke / T)
     peak = float(law.motion(half).speed[0])
     return [
-        exact("(39)", "degree of the step, fifth order", "1", "5", _degree(x, speed)),
-        exact("(39)", "coefficient of the cubic term", "1", "10", cubic),
-        exact("(39)", "coefficient of the quartic term", "1", "-15", quartic),
-        exact("(39)", "coefficient of the quintic term", "1", "6", quintic),
-        formula("(40)", "the speed falls as it rose", float(np.abs(speed - fall).max())),
-        formula("(40)", "greatest speed (pi - 2 alpha0)/T", peak * T / (2 * stroke) - 1.0),
+        exact("(39): degree of the step, fifth order", "5", _degree(x, speed)),
+        exact("(39): coefficient of the cubic term", "10", cubic),
+        exact("(39): coefficient of the quartic term", "-15", quartic),
+        exact("(39): coefficient of the quintic term", "6", quintic),
+        formula("(40): the speed falls as it rose", float(np.abs(speed - fall).max())),
+        formula("(40): greatest speed (pi - 2 alpha0)/T", peak * T / (2 * stroke) - 1.0),
         assumption(
-            "V-A",
-            "duration T of the deployment",
-            "s",
+            "V-A: duration T of the deployment [s]",
             T,
             f"not printed; {PAPER_DURATION:g} s follow from (40) and the printed peak of "
             "5.7e-4 rad/s^2",
@@ -114,32 +111,28 @@ def _bezier(cases: Cases) -> list[Entry]:
     ends = law.motion(np.array([0.0, T]))
     reached = [float(angle) for angle in ends.angle]
 
-    found = [taken("V-A", "order of the Bezier function", "1", "8", len(law.points) - 1)]
+    found = [taken("V-A: order of the Bezier function", "8", len(law.points) - 1)]
     asked = {0: start, 1: start, 2: start, 6: DEPLOYED, 7: DEPLOYED, 8: DEPLOYED}
     for i, printed in enumerate(PAPER_POINTS):
         name, digits = f"control point P{i}", f"{printed:.4f}"
         if i in asked:
-            found.append(equal("V-A", name, "rad", digits, asked[i], "the angle that (45) asks"))
+            found.append(equal(f"V-A: {name} [rad]", digits, asked[i], "the angle that (45) asks"))
         else:
-            found.append(taken("V-A", name, "rad", digits, law.points[i], "the value of our law"))
+            found.append(taken(f"V-A: {name} [rad]", digits, law.points[i], "the value of our law"))
     rest = max(float(np.abs(ends.speed).max()) * T, float(np.abs(ends.acceleration).max()) * T**2)
     return [
         *found,
-        formula("(41)-(42)", "the curve as a sum over Bernstein polynomials", _bernstein(law)),
+        formula("(41)-(42): the curve as a sum over Bernstein polynomials", _bernstein(law)),
         not_shared(
-            "(43)-(44)",
-            "peak acceleration under the printed points over the least of degree 8",
-            "1",
+            "(43)-(44): peak acceleration under the printed points over the least of degree 8",
             "1",
             peak / best,
             "the points are said to come from an optimisation; a linear program over the three "
             f"that (45) leaves free finds {100 * (1 - best / peak):.3f} % less",
         ),
-        formula("(45)", "speed and acceleration at both ends", rest),
+        formula("(45): speed and acceleration at both ends", rest),
         *(
-            equal(
-                "(45)", f"angle at the {end} under the printed points", "deg", printed, angle, off
-            )
+            equal(f"(45): angle at the {end} under the printed points [deg]", printed, angle, off)
             for end, printed, angle, off in (
                 ("start", "4.4", math.degrees(reached[0]), _missed(reached[0] - start)),
                 ("end", "90", math.degrees(reached[1]), _missed(reached[1] - DEPLOYED)),
@@ -204,9 +197,7 @@ def _peaks(cases: Cases) -> list[Entry]:
 
     return [
         shape(
-            "Fig. 11(a)",
-            "angle under both laws, kinematic set: end value",
-            "deg",
+            "Fig. 11(a): angle under both laws, kinematic set: end value [deg]",
             math.degrees(float(motions[0].angle[-1])),
             {
                 "starts at 4.4 deg": _near(motions[0].angle[0], KINEMATIC_SET.stowed_angle),
@@ -214,9 +205,7 @@ def _peaks(cases: Cases) -> list[Entry]:
             },
         ),
         shape(
-            "Fig. 11(b)",
-            "the Bezier law's greatest speed is lower, by",
-            "%",
+            "Fig. 11(b): the Bezier law's greatest speed is lower, by [%]",
             slower,
             {
                 "both start and end at rest": _rests(motions[0].speed) and _rests(motions[1].speed),
@@ -225,9 +214,7 @@ def _peaks(cases: Cases) -> list[Entry]:
             },
         ),
         shape(
-            "Fig. 11(c)",
-            "peak acceleration of Bezier over that of Step5",
-            "1",
+            "Fig. 11(c): peak acceleration of Bezier over that of Step5",
             smooth / quick,
             {
                 "both start and end without acceleration": _rests(motions[0].acceleration)
@@ -235,16 +222,14 @@ def _peaks(cases: Cases) -> list[Entry]:
                 "the Bezier law's peak is lower": smooth < quick,
             },
         ),
-        equal("V-A", "peak angular acceleration, Bezier", "rad/s^2", "4.28e-4", smooth),
+        equal("V-A: peak angular acceleration, Bezier [rad/s^2]", "4.28e-4", smooth),
         dataclasses.replace(
-            equal("V-A", "peak angular acceleration, Step5", "rad/s^2", "5.7e-4", quick),
+            equal("V-A: peak angular acceleration, Step5 [rad/s^2]", "5.7e-4", quick),
             verdict=PaperVerdict.TAKEN,
             reason=f"the {PAPER_DURATION:g} s are chosen so that it agrees",
         ),
         misprint(
-            "V-A",
-            "reduction of the peak angular acceleration",
-            "%",
+            "V-A: reduction of the peak angular acceleration [%]",
             "24.6",
             reduction,
             f"(40) and the printed points give ours for any T; the printed peaks give "
@@ -276,30 +261,22 @@ def _rope(cases: Cases) -> list[Entry]:
 
     return [
         not_readable(
-            "Fig. 12(a)",
-            "length of one rope that is hauled in, kinematic set",
-            "m",
+            "Fig. 12(a): length of one rope that is hauled in, kinematic set [m]",
             hauled,
             "the text says nothing of this curve",
         ),
         not_readable(
-            "Fig. 12(b)",
-            "greatest rope speed of Bezier over that of Step5",
-            "1",
+            "Fig. 12(b): greatest rope speed of Bezier over that of Step5",
             speeds[0] / speeds[1],
             "the text says nothing of this curve",
         ),
         shape(
-            "Fig. 12(c)",
-            "peak rope acceleration of Bezier over that of Step5",
-            "1",
+            "Fig. 12(c): peak rope acceleration of Bezier over that of Step5",
             peaks[0] / peaks[1],
             {"the Bezier law's peak is lower": peaks[0] < peaks[1]},
         ),
         not_shared(
-            "V-A",
-            "peak rope acceleration, Bezier",
-            "m/s^2",
+            "V-A: peak rope acceleration, Bezier [m/s^2]",
             "2.51e-3",
             peaks[0],
             f"explained in part: the greatest absolute value is negative, and the positive peak "
@@ -307,11 +284,9 @@ def _rope(cases: Cases) -> list[Entry]:
             "are not explained",
             shown=positive < peaks[0],
         ),
-        equal("V-A", "peak rope acceleration, Step5", "m/s^2", "3.55e-3", peaks[1]),
+        equal("V-A: peak rope acceleration, Step5 [m/s^2]", "3.55e-3", peaks[1]),
         not_shared(
-            "V-A",
-            "reduction of the peak rope acceleration",
-            "%",
+            "V-A: reduction of the peak rope acceleration [%]",
             "29.3",
             100 * (1 - peaks[0] / peaks[1]),
             "it follows from the printed pair, of which we do not find 2.51e-3",
@@ -331,11 +306,9 @@ def _bars(cases: Cases) -> list[Entry]:
     ends = ", ".join(f"{end:.2f}" for end in distance[:, -1])
 
     return [
-        taken("V-A", "length a of a vertical bar, kinematic set", "m", "1", truss.bar_length),
+        taken("V-A: length a of a vertical bar, kinematic set [m]", "1", truss.bar_length),
         taken(
-            "V-A",
-            "half cross-bar b, kinematic set",
-            "m",
+            "V-A: half cross-bar b, kinematic set [m]",
             "0.5",
             truss.half_cross_bar,
             "V-C has 0.45 m, so that Figs 17 to 20 are of another truss: it would be "
@@ -343,21 +316,17 @@ def _bars(cases: Cases) -> list[Entry]:
         ),
         *(
             assumption(
-                "V-A", f"{name}, kinematic set", "m", value, "V-A prints a and b; the value of V-C"
+                f"V-A: {name}, kinematic set [m]", value, "V-A prints a and b; the value of V-C"
             )
             for name, value in (("crank c", truss.crank), ("link d", truss.link))
         ),
         not_readable(
-            "Fig. 13(a)",
-            "distance of bar 12 from bar 1 at the end",
-            "m",
+            "Fig. 13(a): distance of bar 12 from bar 1 at the end [m]",
             float(distance[-1, -1]),
             f"the bars drawn, 1, 4, 8 and 12, end at {ends} m in ours",
         ),
         shape(
-            "Fig. 13(b)",
-            "greatest speed of a bar drawn there",
-            "m/s",
+            "Fig. 13(b): greatest speed of a bar drawn there [m/s]",
             float(speed.max()),
             {
                 "the speed rises steadily at first": bool((np.diff(speed[1:, :800]) > 0).all()),
@@ -365,9 +334,7 @@ def _bars(cases: Cases) -> list[Entry]:
             },
         ),
         not_shared(
-            "Fig. 13(b)",
-            "time of the greatest speed over the duration",
-            "1",
+            "Fig. 13(b): time of the greatest speed over the duration",
             "",
             float(peak_times[0]),
             f"said to appear in the middle and at the end; ours is earlier, at {there:.0f} deg, "
@@ -375,9 +342,7 @@ def _bars(cases: Cases) -> list[Entry]:
             shown=bool((peak_times < EARLY).all()),
         ),
         shape(
-            "Fig. 13(c)",
-            "greatest acceleration of a bar drawn there",
-            "m/s^2",
+            "Fig. 13(c): greatest acceleration of a bar drawn there [m/s^2]",
             float(np.abs(acceleration).max()),
             {"close to zero at both ends": all(_rests(row) for row in acceleration[1:])},
         ),
@@ -405,21 +370,17 @@ def bar_histories(deployment: Deployment, t: Array) -> tuple[Array, Array, Array
 def _sizes() -> list[Entry]:
     stowed, deployed = diameter(KINEMATIC_SET.stowed_angle), diameter(DEPLOYED)
     return [
-        equal("V-A", "diameter before unfolding", "mm", "588", 1e3 * stowed),
+        equal("V-A: diameter before unfolding [mm]", "588", 1e3 * stowed),
         equal(
-            "V-A",
-            "diameter after unfolding",
-            "mm",
+            "V-A: diameter after unfolding [mm]",
             "7.66e3",
             1e3 * deployed,
             "printed 7660 mm, to three digits",
         ),
-        equal("V-A", "diameter ratio before and after", "1", "0.077", stowed / deployed),
-        equal("V-A", "height to diameter", "1", "0.13", KINEMATIC_SET.bar_length / deployed),
+        equal("V-A: diameter ratio before and after", "0.077", stowed / deployed),
+        equal("V-A: height to diameter", "0.13", KINEMATIC_SET.bar_length / deployed),
         not_readable(
-            "Fig. 14",
-            "diameter in the last picture of the deployment",
-            "m",
+            "Fig. 14: diameter in the last picture of the deployment [m]",
             deployed,
             "pictures without numbers; drawn from the model with the kinematic set",
         ),

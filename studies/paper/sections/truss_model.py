@@ -87,33 +87,28 @@ def _kinematics() -> list[Entry]:
     nodes = {node for rod in MODULE for node in rod}
     segments = ca.DM(tension_ratios(truss, math.radians(45.0))).numel()
     return [
-        exact("II-B, Fig. 3", "driving ropes", "1", "2", _ropes(truss)),
+        exact("II-B, Fig. 3: driving ropes", "2", _ropes(truss)),
         assumption(
-            "II-B, Fig. 2",
-            "stages of the deployment that are modelled",
-            "1",
+            "II-B, Fig. 2: stages of the deployment that are modelled",
             4,
             "the drive of stage 2, the turn about the big arm's axis, is at the big arm's root",
             printed="4",
         ),
-        exact("I", "bars of a module's closed mechanism (six-bar)", "1", "6", len(LOOP)),
-        exact("Fig. 7", "joint nodes of a module", "1", "14", len(nodes)),
-        exact("IV-A", "full turn of the ring, n times beta", "deg", "360", _turn(places[-1])),
-        formula("(16)", "slider distance e, also as distances of nodes", sliders),
-        formula("(17)-(19)", "places of the nodes of all modules", apart(places, written)),
+        exact("I: bars of a module's closed mechanism (six-bar)", "6", len(LOOP)),
+        exact("Fig. 7: joint nodes of a module", "14", len(nodes)),
+        exact("IV-A: full turn of the ring, n times beta [deg]", "360", _turn(places[-1])),
+        formula("(16): slider distance e, also as distances of nodes", sliders),
+        formula("(17)-(19): places of the nodes of all modules", apart(places, written)),
         formula(
-            "(17)-(19)",
-            "the ring of 24 modules closes",
+            "(17)-(19): the ring of 24 modules closes",
             float(gap.max() / radius.max()),
             "as it has to: gap between the last module and the first, over the radius",
         ),
-        formula("(25)", "radius b sin(alpha)/sin(180 deg/n) of the vertical bars' ends", rounded),
-        exact("IV-A", "rope segments of a module", "1", "4", segments / truss.modules),
-        formula("(20)", "length of one rope, last expression", apart(along, last)),
+        formula("(25): radius b sin(alpha)/sin(180 deg/n) of the vertical bars' ends", rounded),
+        exact("IV-A: rope segments of a module", "4", segments / truss.modules),
+        formula("(20): length of one rope, last expression", apart(along, last)),
         misprint(
-            "(20)",
-            "length of one rope when stowed, middle expression",
-            "m",
+            "(20): length of one rope when stowed, middle expression [m]",
             f"{middle[0]:.4f}",
             length,
             "the middle expression, evaluated, is twice the last one, which the nodes measure",
@@ -166,18 +161,15 @@ def _energies() -> list[Entry]:
     bars = sum(rod in BARS for _, *ends in distinct for rod in [tuple(ends)])
     stiffness = truss.spring_stiffness * (truss.spring_free_length - e) ** 2 / 2
     return [
-        exact("(22)-(23)", "rods of a module", "1", "10", len(MODULE)),
-        exact("I, Fig. 13", "vertical bars of the ring, by their places", "1", "24", bars),
+        exact("(22)-(23): rods of a module", "10", len(MODULE)),
+        exact("I, Fig. 13: vertical bars of the ring, by their places", "24", bars),
         formula(
-            "(21)-(23)",
-            "inertia, shared parts counted once",
+            "(21)-(23): inertia, shared parts counted once",
             apart(values(inertia, truss), _summed_inertia(truss, distinct)),
             "the sum over the rods in different places gives the closed form of the models",
         ),
         misprint(
-            "(22)-(23)",
-            "inertia at 4.4 deg, all modules with all their parts",
-            "kg m^2",
+            "(22)-(23): inertia at 4.4 deg, all modules with all their parts [kg m^2]",
             f"{printed:.6g}",
             once,
             f"the modules have {len(every)} rods, but the ring has {len(distinct)}: neighbours "
@@ -185,10 +177,10 @@ def _energies() -> list[Entry]:
             "tubes",
             shown=apart(values(inertia, AS_PRINTED), _summed_inertia(truss, every)) < FORMULA,
         ),
-        exact("IV-B", "compression springs, 2 n", "1", "48", float(energy[0] / stiffness[0])),
-        formula("(24)", "energy of the springs", apart(energy[below], springs[below])),
-        formula("(25), Fig. 8", "energy of the net, as an integral", apart(energy - springs, net)),
-        formula("(26)", "potential energy", apart(energy, springs + net)),
+        exact("IV-B: compression springs, 2 n", "48", float(energy[0] / stiffness[0])),
+        formula("(24): energy of the springs", apart(energy[below], springs[below])),
+        formula("(25), Fig. 8: energy of the net, as an integral", apart(energy - springs, net)),
+        formula("(26): potential energy", apart(energy, springs + net)),
     ]
 
 
@@ -232,40 +224,33 @@ def _forces(cases: Cases) -> list[Entry]:
     sliding, turning = _damping_terms(truss, ANGLES)
     return [
         formula(
-            "(27)",
-            "friction of four kinds of rotating joints and one of sliding ones, from their angles",
+            "(27): friction of four kinds of rotating joints and one of sliding ones, from "
+            "their angles",
             apart(values(joint_damping, truss), sliding + sum(turning)),
         ),
         formula(
-            "(28)-(29), Fig. 9",
-            "tension of all segments at 45 deg, mu = 0.01",
+            "(28)-(29), Fig. 9: tension of all segments at 45 deg, mu = 0.01",
             apart(wrap, _written_tensions(rubbing, math.radians(45.0))),
         ),
         formula(
-            "(30)-(33)",
-            "generalised force of the segments of module 5 under a unit tension",
+            "(30)-(33): generalised force of the segments of module 5 under a unit tension",
             apart(_segment_forces(truss, module=5), _written_segments(truss)),
         ),
         formula(
-            "(34)",
-            "generalised force of both ropes, mu = 0.01",
+            "(34): generalised force of both ropes, mu = 0.01",
             apart(values(rope_leverage, rubbing), _written_leverage(rubbing)),
         ),
         formula(
-            "(34)-(35)",
-            "the same without friction: work of both ropes as they shorten",
+            "(34)-(35): the same without friction: work of both ropes as they shorten",
             apart(values(rope_leverage, truss)[:-1], _shortening(truss)[:-1]),
         ),
         formula(
-            "(36)-(37)",
-            "Lagrange's equation with Q_f + Q_T, mu = 0.01",
+            "(36)-(37): Lagrange's equation with Q_f + Q_T, mu = 0.01",
             _lagrange_gap(rubbing),
             "energies of the models, forces (27) and (34) as printed, acceleration of the models",
         ),
         misprint(
-            "(38)",
-            "work that the motor lacks at the end, over its work, Bezier",
-            "1",
+            "(38): work that the motor lacks at the end, over its work, Bezier",
             f"{miss:.3g}",
             energies.imbalance,
             "with the printed sign of Q_f the friction of (27) drives; the balance of energies "

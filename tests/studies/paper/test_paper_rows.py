@@ -60,7 +60,7 @@ def row(quantity: str) -> Entry:
 )
 def test_a_number_is_equal_to_the_printed_digits(printed, ours, same):
     assert rows.agrees(printed, ours) is same
-    assert rows.equal("V", "x", "1", printed, ours).holds is same
+    assert rows.equal("V: x", printed, ours).holds is same
 
 
 @pytest.mark.parametrize(
@@ -74,23 +74,23 @@ def test_a_number_is_equal_to_the_printed_digits(printed, ours, same):
     ],
 )
 def test_a_difference_reads_well(printed, ours, text):
-    assert rows.misprint("V", "x", "1", printed, ours, "").difference_text == text
+    assert rows.misprint("V: x", printed, ours, "").difference_text == text
 
 
 def test_a_count_is_the_printed_number_itself():
-    assert rows.exact("V", "x", "1", "10", 10).holds
-    assert not rows.exact("V", "x", "1", "10", 10.001).holds
-    assert not rows.taken("V", "x", "1", "10", 10.001).holds
+    assert rows.exact("V: x", "10", 10).holds
+    assert not rows.exact("V: x", "10", 10.001).holds
+    assert not rows.taken("V: x", "10", 10.001).holds
 
 
 def test_no_verdict_holds_by_being_given():
-    assert not rows.formula("(1)", "x", 1e-6).holds
-    assert not rows.shape("Fig. 1", "x", "1", 1.0, {"rises": True, "falls": False}).holds
-    assert "NOT FOUND: falls" in rows.shape("Fig. 1", "x", "1", 1.0, {"falls": False}).reason
-    assert not rows.misprint("V", "x", "1", "24.6", 24.6, "").holds
-    assert not rows.misprint("V", "x", "1", "24.6", 25.1, "", shown=False).holds
-    assert not rows.not_shared("V", "x", "1", "", 24.6, "", shown=False).holds
-    assert not rows.assumption("V", "x", "1", math.nan, "").holds
+    assert not rows.formula("(1): x", 1e-6).holds
+    assert not rows.shape("Fig. 1: x", 1.0, {"rises": True, "falls": False}).holds
+    assert "NOT FOUND: falls" in rows.shape("Fig. 1: x", 1.0, {"falls": False}).reason
+    assert not rows.misprint("V: x", "24.6", 24.6, "").holds
+    assert not rows.misprint("V: x", "24.6", 25.1, "", shown=False).holds
+    assert not rows.not_shared("V: x", "", 24.6, "", shown=False).holds
+    assert not rows.assumption("V: x", math.nan, "").holds
 
 
 @pytest.mark.slow
