@@ -21,6 +21,7 @@ from ocp.arrays import Array
 from studies.arm.config import ArmStudy, as_dictionary, study_from
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.solve import check_bending, solve_stage
+from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import (
     Drive,
@@ -357,7 +358,7 @@ def _beside(study: ArmStudy, console: Console, optimum: bool) -> tuple[list[Lock
     stage, found, remark = study.slew, [], ""
     if optimum:
         try:
-            best = solve_stage(stage, caps=study.caps, objective="smoothest", progress=console.live)
+            best = solve_stage(stage, caps=study.caps, solver=StudySolver(live=console.live))
             found.append(best.replay("torque", elements=study.elements, modes=study.modes))
             remark = "optimum: the smoothest motion under the same caps, local"
         except (StudyError, ModelError) as error:

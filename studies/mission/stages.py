@@ -33,6 +33,7 @@ from studies.arm.optimal.objectives import StatedMotion, problem
 from studies.arm.optimal.refinement import aimed_at_rest, refine
 from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
+from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import loads
 from studies.arm.stage import ROOT, Stage, TorqueCaps
@@ -225,7 +226,7 @@ def move_from(
     assert isinstance(solution, Solution)
     before = OptimalMotion("optimum", known, solution, start.weight)
     aim = np.zeros(2 * known.stage.model.size)
-    residual = ALLOWED * study.residual_energy
+    residual, solver = ALLOWED * study.residual_energy, StudySolver(live=console.live)
 
     try:
         motion = solve_again(
@@ -233,9 +234,9 @@ def move_from(
             weight=start.weight,
             aim=aim,
             stated=_stated(study, name, duration),
-            progress=console.live,
+            solver=solver,
         )
-        found, _ = aimed_at_rest(motion, aim, residual=residual, live=console.live)
+        found, _ = aimed_at_rest(motion, aim, residual=residual, solver=solver)
     except StudyError:
         return _arm(study, name, duration, console)
 
@@ -268,19 +269,19 @@ def _caps(study: MissionStudy, slew: Stage, name: str) -> TorqueCaps:
 
 def _arm(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
     """Least largest part of its caps from rest to rest, replayed and locked on the full model."""
-    slew = _slew(study, name, duration)
+    slew, solver = _slew(study, name, duration), StudySolver(live=console.live)
     motion = solve_stage(
         slew.under("torque"),
         objective=OBJECTIVE,
         shared=_caps(study, slew, name),
         intervals=study.intervals or None,
-        progress=console.live,
+        solver=solver,
     )
     if not study.refine:
         return _arm_motion(study, name, motion, motion.replay(), passed=True)
     # a refinement is as rough as its residual allows, so that little of the cap is allowed
     residual = ALLOWED * study.residual_energy
-    refined = refine(motion, residual=residual, live=console.live)
+    refined = refine(motion, residual=residual, solver=solver)
     passed = refined.still and refined.settled
     finest = refined.motion.intervals == max(entry.intervals for entry in refined.rounds)
     return _arm_motion(

@@ -9,30 +9,28 @@ large ones, so that the replays decide.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
 from models.ancf.integrate import StepControl
-from ocp import solve
 from ocp.arrays import Array
 from studies.arm.optimal.aim import beside_rest
 from studies.arm.optimal.correction import added_to, correction
-from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.rounds import ASKED, SAME, Again, MotionTrial, Round, aimed, near, refined
 from studies.arm.optimal.solve import solve_again
+from studies.arm.optimal.study_solver import Say, StudySolver, unheard
 from studies.arm.replay.full_model import Drive, LockedMotion, rough_steps_for, steps_for
 from studies.arm.search_limits import CALMER_ROUNDS, CORRECTIONS, HOPELESS, LIGHTER
 from studies.arm.stage import ELBOW
 from studies.common.exit_codes import StudyError
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
 
-Progress = Callable[[str], None]
 AGREE = 0.1  # share of the residual allowed by which two replays may differ
 FLOOR = 1e-9  # [J] below which all replays count as still
 # by which the smoothness is made heavier where a finer full model disagrees, at least and at most:
@@ -129,10 +127,7 @@ def refine(
     residual: float = RESIDUAL,
     drive: Drive = "torque",
     elements: int | None = None,
-    say: Progress | None = None,
-    live: Progress | None = None,
-    solver: Solve = solve,
-    kept: FinishedSteps = NOTHING_KEPT,
+    solver: StudySolver | None = None,
 ) -> Refined:
     """Refine a motion that was solved on one mesh.
 
@@ -146,20 +141,17 @@ def refine(
     elements : int, optional
         Of a link in a finer full model. Of two motions that are as good, the one whose residual it
         confirms is taken.
-    say, live : callable, optional
-        Receive a line a round, and a line now and then.
-    solver : callable
-        In the place of `ocp.solve`, see `finished_solves`.
-    kept : FinishedSteps
-        Where replays go to, and where those of an earlier run are read.
+    solver : StudySolver, optional
+        Of the study; one that keeps nothing by default. Its `say` receives a line a round.
     """
-    looked = _Rounds(residual, drive, solver, say, live, kept)
+    solver = solver or StudySolver()
+    looked = _Rounds(residual, drive, solver, solver.say, solver.kept)
     first = looked.tried(motion, np.zeros(motion.stated.size))
     lighter = LIGHTER[ELBOW in motion.torques]
     answers, rounds, change = refined(first, looked.again, ASKED * residual, lighter)
 
     stated = functools.partial(looked.stated, change=change, elements=elements)
-    found = confirmed((stated(answer.motion, rounds) for answer in answers), say)
+    found = confirmed((stated(answer.motion, rounds) for answer in answers), solver.say)
     if found.confirmed or elements is None or not found.settled:
         return found
     others = (
@@ -174,8 +166,7 @@ def aimed_at_rest(
     aim: Array,
     *,
     residual: float,
-    live: Progress | None = None,
-    solver: Solve = solve,
+    solver: StudySolver | None = None,
 ) -> tuple[Refined, Array]:
     """A motion aimed anew until the full model rests, on its own mesh, with its own smoothness.
 
@@ -190,17 +181,15 @@ def aimed_at_rest(
         Beside rest, with which it was solved.
     residual : float
         That the full model may be left with [J].
-    live : callable, optional
-        Receives a line now and then.
-    solver : callable
-        As of `refine`.
+    solver : StudySolver, optional
+        As of `refine`; nothing is said of the rounds, and their replays are not kept.
 
     Returns
     -------
     refined : with its replay.
     aim : (2 n,), where a neighbour's is best begun.
     """
-    looked = _Rounds(residual, "torque", solver, None, live)
+    looked = _Rounds(residual, "torque", solver or StudySolver())
     first = looked.tried(motion, aim)
     rounds = [first.entry]
 
@@ -220,9 +209,8 @@ class _Rounds:
 
     residual: float
     drive: Drive
-    solver: Solve
-    say: Progress | None
-    live: Progress | None
+    solver: StudySolver
+    say: Say = unheard
     kept: FinishedSteps = NOTHING_KEPT
 
     def tried(self, motion: OptimalMotion, aim: Array) -> _TriedMotion:
@@ -234,9 +222,7 @@ class _Rounds:
         next_aim = aim - np.concatenate([beside_rest(one) for one in replays])
         motion, replays = _corrected(motion, replays, self.residual, self.drive, steps)
         found = _TriedMotion(motion, replays, next_aim)
-        if self.say is not None:
-            names = " and ".join(stage.name for stage in motion.stages)
-            self.say(_sentence(found.entry, names))
+        self.say(_sentence(found))
         return found
 
     def again(self, from_: _TriedMotion, weight: float, finer: bool) -> _TriedMotion | None:
@@ -252,12 +238,10 @@ class _Rounds:
                 aim=aim,
                 finer=2.0 if finer else 1.0,
                 multipliers=not astray,
-                progress=self.live,
                 solver=self.solver,
             )
         except StudyError as error:
-            if self.say is not None:
-                self.say(f"this round was given up: {error}")
+            self.say(f"this round was given up: {error}")
             return None
         return self.tried(solved, aim)
 
@@ -275,8 +259,7 @@ class _Rounds:
             # where little is allowed, the rough replay that the rounds correct misses as much
             motion, replays = _corrected(motion, replays, self.residual, self.drive, steps)
         if elements is not None:
-            if self.live is not None:
-                self.live("replaying on a finer full model")
+            self.solver.live("replaying on a finer full model")
             finer = motion.replays(self.drive, elements=elements, settings=steps)
         return Refined(motion, replays, rounds, self.residual, change, finer)
 
@@ -310,7 +293,7 @@ def calmer(
             yield found, rounds, lost
 
 
-def confirmed(candidates: Iterable[Refined], say: Progress | None = None) -> Refined:
+def confirmed(candidates: Iterable[Refined], say: Say = unheard) -> Refined:
     """The first of motions that are as good whose residual a finer full model confirms.
 
     The first of all where there is none.
@@ -319,7 +302,7 @@ def confirmed(candidates: Iterable[Refined], say: Progress | None = None) -> Ref
     for found in candidates:
         if found.confirmed:
             return found
-        if say is not None and found.finer is not None:
+        if found.finer is not None:
             finer = most_left(found.finer)
             say(f"left with {found.left:.2e} J, and {finer:.2e} J on a finer full model")
         first = first or found
@@ -368,11 +351,12 @@ def _corrected(
     return best, still
 
 
-def _sentence(entry: Round, name: str) -> str:
+def _sentence(tried: _TriedMotion) -> str:
     """A line of progress."""
+    entry, names = tried.entry, " and ".join(stage.name for stage in tried.motion.stages)
     weight = f", smoothness at {entry.weight:.2g}" if entry.weight else ""
     objective = f", {entry.objective:.5g} of the rigid arm's" if entry.weight else ""
     return (
-        f"{name}: {entry.intervals} intervals{weight}{objective}: the full model is left with "
+        f"{names}: {entry.intervals} intervals{weight}{objective}: the full model is left with "
         f"{entry.on_full_model:.2e} J"
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -10,14 +10,14 @@ import numpy as np
 from models.arm.reduced_simulation import reduced_modes
 from models.laws.unit_turns import quintic
 from models.numerics import gauss_legendre
-from ocp import Interrupted, NumericalTrouble, OcpError, Settings, Solution, Trajectory, solve
+from ocp import Interrupted, NumericalTrouble, OcpError, Settings, Solution, Trajectory
 from ocp.arrays import Array
 from studies.arm.laws.rigid import feed_forward
-from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import OBJECTIVES, StatedMotion, first_duration, problem
 from studies.arm.optimal.phase import quasi_static
 from studies.arm.optimal.solver import mesh_of, settings
+from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.search_limits import (
     ATTEMPTS,
     INTERVALS,
@@ -27,7 +27,6 @@ from studies.arm.search_limits import (
 from studies.arm.stage import ELBOW, ROOT, Stage, TorqueCaps
 from studies.common.exit_codes import ExitCode, StudyError
 
-Progress = Callable[[str], None]
 BEND = 0.3  # [rad]; slopes of R (1 - psi^2/2, psi) are then right to a per mille
 MOST_PERIODS = 2e5  # of the fastest mode; the paper's 112 s have 16,000
 LEAST_ADVISED = 10.0  # [s]; no one deploys such an arm faster, so no hint says so
@@ -48,14 +47,12 @@ def solve_stage(
     intervals: int | None = None,
     at_least: int = 0,
     name: str = "optimum",
-    progress: Progress | None = None,
-    solver: Solve = solve,
+    solver: StudySolver | None = None,
 ) -> OptimalMotion:
     """Solve one stage on one mesh; the stage solved lasts what the solver chose.
 
     No mesh of fewer than `at_least` intervals is tried: for a stage whose easier neighbour was
-    found on such a mesh first. `shared` is that of `problem`. `solver` takes the place of
-    `ocp.solve`, see `finished_solves`.
+    found on such a mesh first. `shared` is that of `problem`.
 
     Raises
     ------
@@ -67,7 +64,7 @@ def solve_stage(
     guess: Trajectory | None = None
     if objective == "time":
         # least time starts from a motion that is possible and only shortens it
-        guess = in_enough_time(stage, caps, intervals, progress, solver)
+        guess = in_enough_time(stage, caps, intervals, solver)
         stage = stage.lasting(guess.phases[0].end)
     else:
         check_bending(stage)
@@ -76,17 +73,12 @@ def solve_stage(
     if len(stage.moving) > 1 and objective not in _FROM_A_RIGID_ARM:
         # the others are found from the motion of least energy
         guess = solve_stage(
-            stage,
-            caps=caps,
-            objective="energy",
-            intervals=intervals,
-            progress=progress,
-            solver=solver,
+            stage, caps=caps, objective="energy", intervals=intervals, solver=solver
         ).trajectory
 
     stated = problem(stage, caps, objective, shared=shared)
     weight = OBJECTIVES[objective].smoothing
-    return solved(name, stated, weight, None, (intervals,), guess, progress, solver, at_least)
+    return solved(name, stated, weight, None, (intervals,), guess, solver, at_least)
 
 
 def solve_again(
@@ -97,8 +89,7 @@ def solve_again(
     finer: float = 1.0,
     stated: StatedMotion | None = None,
     multipliers: bool = True,
-    progress: Progress | None = None,
-    solver: Solve = solve,
+    solver: StudySolver | None = None,
 ) -> OptimalMotion:
     """Solve the problem of a motion again, from it: lighter, aimed elsewhere or on a finer mesh.
 
@@ -115,9 +106,8 @@ def solve_again(
         Another problem, such as that of a shorter stage; the motion's own by default.
     multipliers : bool
         Whether the motion's may start the solver, too, where problem, weight and mesh are its own.
-    progress : callable, optional
-    solver : callable
-        In the place of `ocp.solve`, see `finished_solves`.
+    solver : StudySolver, optional
+        Of the study; one that keeps nothing by default.
 
     Raises
     ------
@@ -129,9 +119,7 @@ def solve_again(
     alike = stated is None and weight == motion.weight and finer == 1.0
     start = motion.solution if multipliers and alike else motion.trajectory
     counts = [round(finer * count) for count in motion.counts]
-    return solved(
-        motion.name, stated or motion.stated, weight, aim, counts, start, progress, solver
-    )
+    return solved(motion.name, stated or motion.stated, weight, aim, counts, start, solver)
 
 
 def solved(
@@ -141,8 +129,7 @@ def solved(
     aim: Array | None,
     intervals: Sequence[int],
     guess: Solution | Trajectory | None = None,
-    progress: Progress | None = None,
-    solver: Solve = solve,
+    solver: StudySolver | None = None,
     at_least: int = 0,
     attempts: Sequence[tuple[float, Settings]] = _ATTEMPTS,
 ) -> OptimalMotion:
@@ -155,6 +142,7 @@ def solved(
     StudyError
         If the solver finds no motion.
     """
+    solver = solver or StudySolver()
     failure: OcpError | None = None
     for finer, how in attempts:
         counts = [round(finer * count) for count in intervals]
@@ -166,7 +154,6 @@ def solved(
                 settings=how,
                 guess=guess,
                 constants=stated.constants(weight, aim),
-                progress=progress,
                 mesh=mesh_of(stated, counts),
             )
         except Interrupted as error:
@@ -195,11 +182,7 @@ def in_words(failure: OcpError | None) -> str:
 
 
 def in_enough_time(
-    stage: Stage,
-    caps: TorqueCaps,
-    intervals: int,
-    progress: Progress | None = None,
-    solver: Solve = solve,
+    stage: Stage, caps: TorqueCaps, intervals: int, solver: StudySolver | None = None
 ) -> Trajectory:
     """The smoothest motion under the caps in a duration that is long enough: least time's start.
 
@@ -210,10 +193,7 @@ def in_enough_time(
     """
 
     def smoothest(longer: Stage) -> Trajectory:
-        found = solve_stage(
-            longer, caps=caps, intervals=intervals, progress=progress, solver=solver
-        )
-        return found.trajectory
+        return solve_stage(longer, caps=caps, intervals=intervals, solver=solver).trajectory
 
     longer = stage.lasting(first_duration(stage, caps))
     for _ in range(LONGER_DURATIONS):

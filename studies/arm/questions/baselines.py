@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -13,17 +13,16 @@ import numpy as np
 from models.ancf.analysis import LockedRun
 from models.ancf.joints import Joint
 from models.errors import ModelError
-from ocp import solve
 from ocp.arrays import Array
 from studies.arm.config import BaselinesStudy, as_dictionary
 from studies.arm.laws.rigid import angle_drives, torque_drives
 from studies.arm.laws.shapers import baseline_law, baseline_names, shaper_note
 from studies.arm.laws.unit_laws import NamedLaw
-from studies.arm.optimal.finished_solves import FinishedSolves, Solve
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import FLOOR, Refined, refine
 from studies.arm.optimal.solve import solve_stage
+from studies.arm.optimal.study_solver import Say, StudySolver
 from studies.arm.replay.full_model import (
     JUMPS,
     QUICK,
@@ -48,7 +47,6 @@ from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.common.stops import kept_anyway
 
-Say = Callable[[str], None]
 OPTIMUM = "optimum"
 SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
 _SLACK = 0.998  # of a cap, for peaks between the points and a reaction that is not B21's torque
@@ -143,11 +141,9 @@ def compare(
     stage: Stage,
     drive: Drive,
     limit: float | None,
-    say: Say,
-    live: Say,
+    solver: StudySolver,
     *,
     follow: bool = False,
-    kept: FinishedSteps = NOTHING_KEPT,
 ) -> list[Pair]:
     """Every baseline with an optimum of no higher peak torque, looser caps first.
 
@@ -156,24 +152,25 @@ def compare(
     """
     replays = []
     for name in baseline_names(drive):
-        live(f"{name} on the full model")
+        solver.live(f"{name} on the full model")
         law = baseline_law(stage, name, drive)
 
         def replayed(law: NamedLaw = law) -> LockedRun:
             return replay_law(stage, law, drive, follow=follow).fixed
 
-        run = kept.step(law.name, replayed, say=say)
+        run = solver.kept.step(law.name, replayed, say=solver.say)
         replays.append(LockedMotion(motion_along(stage, law, drive), run))
-        say(f"{stage.name}, {drive} drive: {law.name} leaves {replays[-1].residual_energy:.2e} J")
+        left = replays[-1].residual_energy
+        solver.say(f"{stage.name}, {drive} drive: {law.name} leaves {left:.2e} J")
 
     # still enough for whatever law leaves least
     least = min(replayed.residual_energy for replayed in replays)
     residual = max(FLOOR, min(RESIDUAL, least if limit is None else limit * least))
     motions: dict[float, Refined] = {}
-    solver, pairs = FinishedSolves(kept, say), []
+    pairs = []
     try:
         for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
-            refined = motion_under(stage, baseline, motions, residual, say, live, solver, kept)
+            refined = motion_under(stage, baseline, motions, residual, solver)
             pairs.append(Pair(baseline, refined, limit))
     except KeyboardInterrupt:
         if not pairs:
@@ -186,16 +183,12 @@ def motion_under(
     baseline: LockedMotion,
     motions: dict[float, Refined],
     residual: float,
-    say: Say,
-    live: Say,
-    solver: Solve = solve,
-    kept: FinishedSteps = NOTHING_KEPT,
+    solver: StudySolver,
 ) -> Refined | None:
     """A refined motion whose peak torque does not exceed the baseline's.
 
     `motions` are those already found, by cap [J D/T^2]; a new one is added. It may leave a
-    residual [J] on the full model. `solver` takes the place of `ocp.solve`, and
-    replays go to `kept`.
+    residual [J] on the full model.
     """
     units = stage.torque_units
     cap = min(HIGHEST_CAP, *(float(baseline.peak_torque[k] / units[k]) for k in stage.moving))
@@ -206,13 +199,11 @@ def motion_under(
 
     caps, drive = stage.capped(_SLACK * cap), baseline.motion.drive
     try:
-        motion = solve_stage(stage.under(drive), caps=caps, progress=live, solver=solver)
+        motion = solve_stage(stage.under(drive), caps=caps, solver=solver)
     except StudyError as error:
-        say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {stage.moving[0]}: {error}")
+        solver.say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {stage.moving[0]}: {error}")
         return None
-    motions[cap] = refine(
-        motion, residual=residual, drive=drive, say=say, live=live, solver=solver, kept=kept
-    )
+    motions[cap] = refine(motion, residual=residual, drive=drive, solver=solver)
     return motions[cap]
 
 
@@ -228,8 +219,8 @@ def compare_baselines(
     """
     stage = study.slew
     limit = None if is_slow(stage) else SHARES[stage.name]
-    say, live = console.progress, console.live
-    pairs = compare(stage, study.drive, limit, say, live, follow=follow, kept=kept)
+    solver = StudySolver(console.progress, console.live, kept)
+    pairs = compare(stage, study.drive, limit, solver, follow=follow)
     stopped = len(pairs) < len(baseline_names(study.drive))
 
     def result(whole: bool) -> Result:

@@ -30,6 +30,7 @@ from studies.arm.laws.shapers import (
 )
 from studies.arm.laws.unit_laws import NamedLaw
 from studies.arm.optimal.solve import solve_stage
+from studies.arm.optimal.study_solver import Say, StudySolver
 from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import Drive, LockedMotion
 from studies.arm.report.quantities import Metric, table_rows
@@ -54,7 +55,6 @@ from studies.common.folder import provenance
 from studies.common.processes.side_by_side import side_by_side
 from studies.common.result import Result, Verdict
 
-Say = Callable[[str], None]
 OPTIMUM = "optimum"
 RESIDUAL = 1e-6  # [J] that a motion of least duration may leave
 _PART = 32  # durations scanned before the full model is asked
@@ -168,7 +168,8 @@ def _tried(
     """
     try:
         caps = stage.capped(capped)
-        motion = solve_stage(stage, caps=caps, at_least=coarsest, progress=console.live)
+        solver = StudySolver(live=console.live)
+        motion = solve_stage(stage, caps=caps, at_least=coarsest, solver=solver)
         done = motion.replay(drive)
     except StudyError as error:
         console.progress(f"{stage.duration:.4g} s: {error}")

@@ -14,15 +14,14 @@ from models.ancf.joints import Locked
 from models.ancf.state import posed
 from models.errors import ModelError
 from models.laws.unit_turns import quintic
-from ocp import Solution
 from studies.arm.config import ArmStudy, as_dictionary
 from studies.arm.laws.rigid import feed_forward
 from studies.arm.laws.unit_laws import baselines
-from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.objectives import first_duration
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import Refined, refine
 from studies.arm.optimal.solve import check_bending, check_caps, solve_stage
+from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import (
     ELEMENTS,
@@ -113,8 +112,8 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedSteps) -> Resu
     StudyError
         If no motion is found.
     """
-    begin, solves = process_time(), list[float]()
-    refined = _refined(study, console, kept, solves)
+    begin, solver = process_time(), StudySolver(console.progress, console.live, kept)
+    refined = _refined(study, solver)
     stage = refined.motion.stage  # least time has its own duration
     replayed = _followed_replay(study, refined)
     refined = dataclasses.replace(refined, replays=(replayed,))
@@ -143,7 +142,7 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedSteps) -> Resu
 
     seconds = process_time() - begin
     if seconds > _LONG:
-        console.progress(_why_long(seconds, solves))
+        console.progress(_why_long(seconds, solver))
     remarks = [ASSUMPTIONS]
     details: dict[str, Any] = {
         "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
@@ -204,12 +203,13 @@ def _column_of_optimum(
     return [*metrics, Metric("sampled_residual_energy", title, "J", profile.residual_energy)]
 
 
-def _why_long(seconds: float, solves: list[float]) -> str:
+def _why_long(seconds: float, solver: StudySolver) -> str:
     """Where the processor's seconds of a motion went, and why."""
     return (
-        f"it took {seconds:.0f} s of the processor: {sum(solves):.0f} s for {len(solves)} solves "
-        "on B21, whose accelerations are differentiated twice at every point of the mesh; the rest "
-        "is mostly replays on the full model, where fast modes ring on and keep the steps short"
+        f"it took {seconds:.0f} s of the processor: {solver.seconds:.0f} s for {solver.count} "
+        "solves on B21, whose accelerations are differentiated twice at every point of the mesh; "
+        "the rest is mostly replays on the full model, where fast modes ring on and keep the steps "
+        "short"
     )
 
 
@@ -226,26 +226,13 @@ def _followed_replay(study: ArmStudy, refined: Refined) -> LockedMotion:
     return followed(replayed, np.linspace(stage.duration, 1.25 * stage.duration, _AFTER))
 
 
-def _refined(
-    study: ArmStudy, console: Console, kept: FinishedSteps, seconds: list[float]
-) -> Refined:
-    """The refined motion; `seconds` of each solve are added."""
-    solver = FinishedSolves(kept, console.progress)
-
-    def timed(*given: Any, **how: Any) -> Solution:
-        begin = process_time()
-        try:
-            return solver(*given, **how)
-        finally:
-            seconds.append(process_time() - begin)
-
+def _refined(study: ArmStudy, solver: StudySolver) -> Refined:
     try:
         motion = solve_stage(
             study.slew.under(study.drive),
             caps=study.caps,
             objective=study.objective,
-            progress=console.live,
-            solver=timed,
+            solver=solver,
         )
     except StudyError as error:
         hint = duration_to_try(study.slew, study.caps)
@@ -255,10 +242,7 @@ def _refined(
         residual=study.residual_energy,
         drive=study.drive,
         elements=FINER * study.elements // 2,
-        say=console.progress,
-        live=console.live,
-        solver=timed,
-        kept=kept,
+        solver=solver,
     )
 
 

@@ -12,7 +12,7 @@ from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.questions.fronts import study as study_module
 from studies.arm.questions.fronts.laws import TimedLaw
-from studies.arm.questions.fronts.nearby_solves import NearbySolves, NotStillError
+from studies.arm.questions.fronts.nearby_solves import NearbySolves, NotStillError, SoughtPoint
 from studies.arm.questions.fronts.point import AXES, Demand, most_left, unit_of
 from studies.arm.questions.fronts.study import laws_beside, result_of, walked_front
 from studies.arm.questions.fronts.subject import ArmFront
@@ -125,20 +125,21 @@ def test_the_reduced_model_is_asked_for_less_where_the_full_one_has_more(
     """Amplitudes add up: of 1e-3, the root of a limit of 1e-6 J, a fifth may be taken off."""
     solved = []
 
-    def again(self, start, demand, *given):
-        solved.append(demand.left)
-        left = (demand.left**0.5 + missed) ** 2
+    def again(self, sought):
+        solved.append(sought.demand.left)
+        left = (sought.demand.left**0.5 + missed) ** 2
         replayed = SimpleNamespace(residual_energy=left, miss=0.0)
         return SimpleNamespace(replay=lambda settings: replayed)
 
     monkeypatch.setattr(NearbySolves, "_again", again)
     subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
-    asked = None, Demand.of(big_arm(8.6), {"residual-energy": 1e-6}), "peak-torque", 1e-6, 150, None
+    demand = Demand.of(big_arm(8.6), {"residual-energy": 1e-6})
+    asked = SoughtPoint(None, demand, "peak-torque", 1e-6, None)
     if not found:
         with pytest.raises(PointNotFound, match="the full model is left with 8"):
-            subject.nearby.once(*asked)
+            subject.nearby.once(asked)
         return
-    tried = subject.nearby.once(*asked)
+    tried = subject.nearby.once(asked)
     assert tried.replay.residual_energy == pytest.approx(0.98e-6)
     assert len(solved) == (1 if missed == 0.0 else 2)
     assert tried.asked == solved[-1]
@@ -147,8 +148,8 @@ def test_the_reduced_model_is_asked_for_less_where_the_full_one_has_more(
 def test_a_motion_that_does_not_rest_is_sought_with_more_smoothness(monkeypatch):
     weights = []
 
-    def once(self, start, demand, least, weight, *given):
-        weights.append(weight)
+    def once(self, sought):
+        weights.append(sought.weight)
         if len(weights) == 1:
             raise NotStillError("7e-06 J are left")
         return "calm"

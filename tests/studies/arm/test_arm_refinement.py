@@ -140,7 +140,7 @@ def test_a_finer_mesh_takes_neither_aim_nor_multipliers_from_what_is_far_from_re
     motion = SimpleNamespace(intervals=100, weight=1e-4, objective=1.0)
     replays = (SimpleNamespace(residual_energy=left, miss=0.0),)
     from_ = room._TriedMotion(motion, replays, np.full(2, 3.0))
-    rounds = room._Rounds(RESIDUAL, "torque", None, None, None)
+    rounds = room._Rounds(RESIDUAL, "torque", None)
     aim = rounds.again(from_, 1e-4, True)
     assert asked["multipliers"] is multipliers
     np.testing.assert_array_equal(aim, asked["aim"])

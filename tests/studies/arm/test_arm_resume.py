@@ -7,8 +7,8 @@ import pytest
 
 from ocp import Control, FixedMesh, Mesh, Phase, Problem, Radau, Settings, State, solve
 from ocp.mesh.mesh import uniform
-from studies.arm.optimal import finished_solves
-from studies.arm.optimal.finished_solves import FinishedSolves, within
+from studies.arm.optimal import study_solver
+from studies.arm.optimal.study_solver import StudySolver
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedSteps
@@ -39,15 +39,15 @@ class Counted:
 
 def test_a_solve_is_read_only_at_its_place_and_on_its_mesh(tmp_path: Path, monkeypatch) -> None:
     counted, kept = Counted(), FinishedSteps(tmp_path)
-    monkeypatch.setattr(finished_solves, "solve", counted)
+    monkeypatch.setattr(study_solver, "solve", counted)
     coarse, fine = (Mesh((uniform(n, 3),)) for n in (4, 8))
 
-    first = FinishedSolves(kept, lambda line: None)
+    first = StudySolver(kept=kept)
     found = [first(cart(), mesh=mesh, settings=SETTINGS) for mesh in (coarse, fine)]
     assert counted.calls == 2
 
     lines: list[str] = []
-    again = FinishedSolves(kept, lines.append)
+    again = StudySolver(lines.append, kept=kept)
     read = again(cart(), mesh=coarse, settings=SETTINGS)
     assert counted.calls == 2
     assert lines == ["solve 1: found in an earlier run"]
@@ -63,14 +63,14 @@ def test_a_solve_is_read_only_at_its_place_and_on_its_mesh(tmp_path: Path, monke
 @pytest.mark.slow
 def test_a_motion_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) -> None:
     out = tmp_path / "out"
-    monkeypatch.setattr(finished_solves, "solve", Counted(stopped_at=3))
+    monkeypatch.setattr(study_solver, "solve", Counted(stopped_at=3))
     assert main([*STUDY, "--results", str(out)]) == ExitCode.INTERRUPTED
     messages = capsys.readouterr().err
     assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp arm solve --resume {out}")
     assert len(list(out.glob("steps/*/solve*"))) == 2
 
     counted = Counted()
-    monkeypatch.setattr(finished_solves, "solve", counted)
+    monkeypatch.setattr(study_solver, "solve", counted)
     assert main(["arm", "solve", "--resume", str(out), "--no-figures"]) == ExitCode.OK
     lines = capsys.readouterr().err
     assert "solve 2: found in an earlier run" in lines
@@ -82,7 +82,7 @@ def test_a_motion_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) 
 @pytest.mark.slow
 def test_a_front_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) -> None:
     out, front = tmp_path / "out", ("pareto", "arm", "--range", "8.6..8.7", "--no-figures")
-    monkeypatch.setattr(finished_solves, "solve", Counted(stopped_at=3))
+    monkeypatch.setattr(study_solver, "solve", Counted(stopped_at=3))
     assert main([*front, "--results", str(out)]) == ExitCode.INTERRUPTED
     messages = capsys.readouterr().err
     assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp pareto arm --resume {out}")
@@ -90,7 +90,7 @@ def test_a_front_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) -
 
     # the third solve is the first that is not there
     counted = Counted(stopped_at=1)
-    monkeypatch.setattr(finished_solves, "solve", counted)
+    monkeypatch.setattr(study_solver, "solve", counted)
     assert main(["pareto", "arm", "--resume", str(out), "--no-figures"]) == ExitCode.INTERRUPTED
     assert "solve 2: found in an earlier run" in capsys.readouterr().err
     assert counted.calls == 1
@@ -117,4 +117,4 @@ def test_resume_leaves_the_results_of_another_command_alone(
 
 def test_a_search_whose_seconds_are_used_up_names_the_flag() -> None:
     with pytest.raises(StudyError, match="used up; give more --seconds"):
-        within(0.0, solve)(cart(), settings=SETTINGS)
+        StudySolver(until=0.0)(cart(), mesh=Mesh((uniform(4, 3),)), settings=SETTINGS)

@@ -212,7 +212,7 @@ def test_a_mesh_is_halved_until_a_replay_agrees_with_the_solver(
 ):
     remaining, console, guessed = iter(left), silent(), []
 
-    def under_cap(sought, count, margin, guess, live, solver):
+    def under_cap(sought, count, margin, guess, solver):
         given = next(remaining)
         guessed.append(guess)
         if given is None:

@@ -8,17 +8,38 @@ from dataclasses import dataclass, replace
 from models.errors import ModelError
 from ocp import PointNotFound
 from ocp.arrays import Array
-from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import aimed_at_rest
 from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again
+from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.questions.fronts.point import ASKED_ENERGY, Demand
 from studies.arm.replay.full_model import LockedMotion, steps_for
-from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 
 _CORRECTIONS = 3  # solves at most until the full model keeps its energy
+
+
+@dataclass(frozen=True, eq=False)
+class SoughtPoint:
+    """What is sought from a neighbour's motion.
+
+    Attributes
+    ----------
+    start : the neighbour's motion.
+    demand : what is to be kept.
+    least : what is least.
+    weight : of the smoothness.
+    aim : (2 n,) beside rest.
+    finer : intervals over those of the neighbour's motion.
+    """
+
+    start: OptimalMotion
+    demand: Demand
+    least: str
+    weight: float
+    aim: Array
+    finer: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,91 +62,61 @@ class NearbySolves:
 
     Attributes
     ----------
-    console : that hears of each iteration.
-    solver : keeps what is finished.
+    solver : of the study.
     residual : energy that may be left where none is limited [J].
     count : of the solves.
     """
 
-    console: Console
-    solver: FinishedSolves
+    solver: StudySolver
     residual: float
     count: int = 0
 
-    def once(
-        self,
-        start: OptimalMotion,
-        demand: Demand,
-        least: str,
-        weight: float,
-        finer: float,
-        aim: Array,
-    ) -> PointMotion:
+    def once(self, sought: SoughtPoint) -> PointMotion:
         """The motion that is best at a weight, whose full model keeps what is asked."""
+        left = sought.demand.left
         try:
-            if demand.left is None:
-                motion = self._again(start, demand, least, weight, finer, aim)
-                found, aim = aimed_at_rest(
-                    motion,
-                    aim,
-                    residual=self.residual,
-                    live=self.console.live,
-                    solver=self.solver,
-                )
-                tried = PointMotion(found.motion, found.replay, aim)
-            else:
-                tried = self._swinging(start, demand, least, weight, finer, aim)
+            tried = self._at_rest(sought) if left is None else self._swinging(sought, left)
         except (StudyError, ModelError) as error:
             raise PointNotFound(str(error)) from error
-        left = tried.replay.residual_energy
-        if left > (self.residual if demand.left is None else demand.left):
-            raise NotStillError(f"the full model is left with {left:.3g} J")
-        if tried.replay.miss > MISS:
-            raise PointNotFound(f"the full model ends {tried.replay.miss:.1e} rad beside its angle")
+        energy, miss = tried.replay.residual_energy, tried.replay.miss
+        if energy > (self.residual if left is None else left):
+            raise NotStillError(f"the full model is left with {energy:.3g} J")
+        if miss > MISS:
+            raise PointNotFound(f"the full model ends {miss:.1e} rad beside its angle")
         return tried
 
-    def _swinging(
-        self,
-        start: OptimalMotion,
-        demand: Demand,
-        least: str,
-        weight: float,
-        finer: float,
-        aim: Array,
-    ) -> PointMotion:
+    def _at_rest(self, sought: SoughtPoint) -> PointMotion:
+        """The motion that ends at rest."""
+        found, aim = aimed_at_rest(
+            self._again(sought), sought.aim, residual=self.residual, solver=self.solver
+        )
+        return PointMotion(found.motion, found.replay, aim)
+
+    def _swinging(self, sought: SoughtPoint, left: float) -> PointMotion:
         """The motion that may leave an energy; B21 is asked for less where the full model has more.
 
         Both models swing alike but for what they miss of each other, which adds to the amplitude,
         the root of the energy, and counts where little is allowed.
         """
-        assert demand.left is not None
-        wanted = math.sqrt(ASKED_ENERGY * demand.left)
+        wanted = math.sqrt(ASKED_ENERGY * left)
         amplitude = wanted
         for _ in range(_CORRECTIONS):
             asked = amplitude**2
-            motion = self._again(start, replace(demand, left=asked), least, weight, finer, aim)
-            replayed = motion.replay(settings=steps_for(demand.left))
-            start, amplitude = motion, wanted + amplitude - math.sqrt(replayed.residual_energy)
-            if replayed.residual_energy <= demand.left or amplitude <= 0.0:
+            motion = self._again(replace(sought, demand=replace(sought.demand, left=asked)))
+            replayed = motion.replay(settings=steps_for(left))
+            sought = replace(sought, start=motion)
+            amplitude = wanted + amplitude - math.sqrt(replayed.residual_energy)
+            if replayed.residual_energy <= left or amplitude <= 0.0:
                 break
-        return PointMotion(motion, replayed, aim, asked)
+        return PointMotion(motion, replayed, sought.aim, asked)
 
-    def _again(
-        self,
-        start: OptimalMotion,
-        demand: Demand,
-        least: str,
-        weight: float,
-        finer: float,
-        aim: Array,
-    ) -> OptimalMotion:
+    def _again(self, sought: SoughtPoint) -> OptimalMotion:
         self.count += 1
         return solve_again(
-            start,
-            weight=weight,
-            aim=aim,
-            finer=finer,
-            stated=demand.stated(least),
-            progress=self.console.live,
+            sought.start,
+            weight=sought.weight,
+            aim=sought.aim,
+            finer=sought.finer,
+            stated=sought.demand.stated(sought.least),
             solver=self.solver,
         )

@@ -15,18 +15,24 @@ import math
 import time as clock
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
 from models.errors import ModelError
 from ocp import FrontPoint, FrontWay, PointNotFound
 from ocp.arrays import Array
-from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import refine
 from studies.arm.optimal.rounds import SAME
 from studies.arm.optimal.solve import check_bending, check_caps, solve_stage
-from studies.arm.questions.fronts.nearby_solves import NearbySolves, NotStillError, PointMotion
+from studies.arm.optimal.study_solver import StudySolver
+from studies.arm.questions.fronts.nearby_solves import (
+    NearbySolves,
+    NotStillError,
+    PointMotion,
+    SoughtPoint,
+)
 from studies.arm.questions.fronts.point import (
     AXES,
     ArmPoint,
@@ -65,12 +71,12 @@ class ArmFront:
         self, study: TradeOffStudy, console: Console, kept: FinishedSteps = NOTHING_KEPT
     ) -> None:
         self.study, self.console = study, console
-        self.kept, self.solver = kept, FinishedSolves(kept, console.progress)
+        self.solver = StudySolver(console.progress, console.live, kept)
         self.limited, self.least = study.limited, study.least
         self.axes = AXES[self.limited], AXES[self.least]
         self.residual = study.still
         self.lightest = math.inf  # weight of the smoothness that either end needs, once known
-        self.nearby = NearbySolves(console, self.solver, study.still)
+        self.nearby = NearbySolves(self.solver, study.still)
         self.remarks: list[str] = []  # on limits at which no end was found
         self.bests: dict[str, ArmPoint] = {}  # of the quantities that ends were sought by
         self._at_rest: dict[tuple[float, TorqueCaps, str], OptimalMotion] = {}
@@ -185,17 +191,8 @@ class ArmFront:
     def _refined(self, stage: Stage, caps: TorqueCaps, least: str) -> OptimalMotion:
         """The motion that `arm solve` would give."""
         try:
-            motion = solve_stage(
-                stage, caps=caps, objective=least, progress=self.console.live, solver=self.solver
-            )
-            found = refine(
-                motion,
-                residual=self.residual,
-                say=self.console.progress,
-                live=self.console.live,
-                solver=self.solver,
-                kept=self.kept,
-            )
+            motion = solve_stage(stage, caps=caps, objective=least, solver=self.solver)
+            found = refine(motion, residual=self.residual, solver=self.solver)
         except (StudyError, ModelError) as error:
             raise PointNotFound(str(error)) from error
         if not found.resolved:
@@ -244,23 +241,22 @@ class ArmFront:
         coarser: bool = False,
     ) -> ArmPoint:
         """The best motion under limits from another; `coarser` undoes its mesh's last halving."""
-        halves = 2 if coarser else 1
-        demand = Demand.of(self.study.slew, limits)
-        weight, finer = halves * start.weight, 1.0 / halves
+        halves, demand = 2 if coarser else 1, Demand.of(self.study.slew, limits)
+        weight = halves * start.weight
+        sought = SoughtPoint(start, demand, least, weight, aim, 1.0 / halves)
         try:
-            found = self.nearby.once(start, demand, least, weight, finer, aim)
+            found = self.nearby.once(sought)
         except NotStillError:
             # near the least torque its edges are sharp and stir modes that B21 lacks: no aim and
             # no finer mesh takes that away
-            return self._kept(
-                self.nearby.once(start, demand, least, CALMER * weight, finer, aim), limits
-            )
+            return self._kept(self.nearby.once(replace(sought, weight=CALMER * weight)), limits)
         # an end that needed more smoothness than the other one hands it on to its neighbours
         lighter = max(self.lightest, weight / LIGHTER[ELBOW in found.motion.stage.moving])
         if lighter < weight:
             with suppress(PointNotFound):
-                found = self.nearby.once(found.motion, demand, least, lighter, 1.0, found.aim)
-
+                found = self.nearby.once(
+                    SoughtPoint(found.motion, demand, least, lighter, found.aim)
+                )
         return self._kept(found, limits)
 
     def _kept(self, found: PointMotion, limits: Mapping[str, float]) -> ArmPoint:

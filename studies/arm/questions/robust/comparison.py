@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from studies.arm.config import RobustStudy, as_dictionary
-from studies.arm.optimal.finished_solves import FinishedSolves
 from studies.arm.optimal.motion import OptimalMotion
+from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import (
     SIZE,
@@ -123,8 +123,8 @@ def compare(
     kept : where finished steps go to, and where those of an earlier run are read.
     """
     say, live = console.progress, console.live
-    solver = FinishedSolves(kept.within("nominal"), say)
-    spread, nominal = SPREADS[drive], solve_nominal(stage, drive, say, live, solver)
+    solver = StudySolver(say, live, kept.within("nominal"))
+    spread, nominal = SPREADS[drive], solve_nominal(stage, drive, solver)
     joint = stage.moving[0]
     say(f"{nominal.name} motion: peak torque {nominal.peak_torque[joint]:.5g} N m")
     arms = TriedArms(spread, points)

@@ -9,7 +9,7 @@ any other motion.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,15 +17,15 @@ import casadi as ca
 import numpy as np
 
 from models.arm.driven import DrivenArm
-from ocp import Bound, Phase, Problem, Solution, Trajectory, Unknown, solve
+from ocp import Bound, Phase, Problem, Solution, Trajectory, Unknown
 from ocp.solution.storage import packed, unpacked
-from studies.arm.optimal.finished_solves import FinishedSolves, Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import SMOOTHING, StatedMotion
 from studies.arm.optimal.phase import ArmPhase, Drives, smoothness, torque_signals
 from studies.arm.optimal.refinement import refine
 from studies.arm.optimal.solve import solve_stage, solved
 from studies.arm.optimal.solver import robust_settings
+from studies.arm.optimal.study_solver import Say, StudySolver
 from studies.arm.questions.robust.copies import (
     ArmCopy,
     SampledMotion,
@@ -45,7 +45,6 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedSteps
 from studies.common.processes.side_by_side import Part
 
-Progress = Callable[[str], None]
 SIZE = 1e-2  # typical sqrt(E_res) [sqrt(J)]
 STILL = 0.05  # of it, below which a residual need not be less
 _RIPPLE = 0.012  # share of the cap by which the torque ripples, per share of torque to spare
@@ -139,13 +138,7 @@ def _phase(stage: Stage, drives: Drives, start: SampledMotion, copies: Sequence[
     )
 
 
-def solve_nominal(
-    stage: Stage,
-    drive: Drive,
-    say: Progress | None = None,
-    live: Progress | None = None,
-    solver: Solve = solve,
-) -> OptimalMotion:
+def solve_nominal(stage: Stage, drive: Drive, solver: StudySolver | None = None) -> OptimalMotion:
     """The motion of least peak torque that leaves the nominal arm still.
 
     Raises
@@ -155,14 +148,12 @@ def solve_nominal(
     """
     if len(stage.moving) > 1:
         raise StudyError("a robust motion takes a stage that turns one joint; give big or small")
-    found = solve_stage(
-        stage.under(drive), objective="peak-torque", name="nominal", progress=live, solver=solver
-    )
-    return refine(found, drive=drive, say=say, live=live, solver=solver).motion
+    found = solve_stage(stage.under(drive), objective="peak-torque", name="nominal", solver=solver)
+    return refine(found, drive=drive, solver=solver).motion
 
 
 def sought_motions(
-    nominal: OptimalMotion, spread: Spread, shares: Sequence[float], live: Progress
+    nominal: OptimalMotion, spread: Spread, shares: Sequence[float], live: Say
 ) -> list[SoughtMotion]:
     """The robust motions to be found, with shares of the nominal motion's peak torque."""
     stage, start = nominal.stage, replayed_motion(nominal, spread)
@@ -189,7 +180,7 @@ def found_robust(sought: SoughtMotion, answer: tuple[float, bytes]) -> OptimalMo
     return OptimalMotion(sought.name, stated, solution, SMOOTHING)
 
 
-def worst_of_its_arms(motion: OptimalMotion, spread: Spread, live: Progress) -> float:
+def worst_of_its_arms(motion: OptimalMotion, spread: Spread, live: Say) -> float:
     """Largest sqrt(E_res) [sqrt(J)] on B21 of the arms that a robust motion is made for."""
     arms = [NOMINAL, *(spread.factors(x, y) for x, y in spread.design)]
     return float(np.sqrt(residuals(motion.motion(spread.drive), arms, live=live).max()))
@@ -235,11 +226,11 @@ def _solved_robust(
     count = intervals or ROBUST_INTERVALS[sought.spread.drive][elbow]
     margin = _RIPPLE * (sought.share - 1.0)
     least, found, guess = np.inf, None, None
-    solver = FinishedSolves(kept, console.progress)
+    solver = StudySolver(console.progress, console.live, kept)
 
     for _ in range(ROBUST_MESHES):
         try:
-            motion, margin = _under_cap(sought, count, margin, guess, console.live, solver)
+            motion, margin = _under_cap(sought, count, margin, guess, solver)
         except StudyError as error:
             if found is None:
                 raise
@@ -271,8 +262,7 @@ def _under_cap(
     intervals: int,
     margin: float,
     guess: Trajectory | None,
-    live: Progress,
-    solver: Solve,
+    solver: StudySolver,
 ) -> tuple[OptimalMotion, float]:
     """The motion on one mesh, and the part by which its cap was lowered.
 
@@ -291,7 +281,6 @@ def _under_cap(
             None,
             (intervals,),
             guess,
-            live,
             solver,
             attempts=[(1.0, robust_settings())],
         )

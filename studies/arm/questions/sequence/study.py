@@ -12,11 +12,11 @@ import numpy as np
 from models.ancf.integrate import StepControl
 from models.arm.reduced_simulation import reduced_modes
 from studies.arm.config import SequenceStudy, as_dictionary
-from studies.arm.optimal.finished_solves import FinishedSolves, within
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import AGREE, Refined, agreement, refine
 from studies.arm.optimal.rounds import MISS, SAME
 from studies.arm.optimal.solve import MOST_PERIODS, solved
+from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.questions.sequence.problem import (
     SMOOTHING,
     Sequence,
@@ -75,16 +75,13 @@ def find_sequence(
     """
     case = stated_case(study)
     until = clock.monotonic() + study.seconds
-    solver = within(until, FinishedSolves(kept, console.progress))
+    solver = StudySolver(console.progress, console.live, kept, until)
     stated = sequence_problem(case, study.least, study.torque_cap)
-    solve = functools.partial(solved, "sequence", progress=console.live, solver=solver)
+    solve = functools.partial(solved, "sequence", solver=solver)
     found = refine(
         solve(stated, SMOOTHING, None, SEQUENCE_INTERVALS),
         residual=study.residual_energy,
-        say=console.progress,
-        live=console.live,
         solver=solver,
-        kept=kept,
     )
     late = clock.monotonic() >= until
     check_rest(found, late)
