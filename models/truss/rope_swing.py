@@ -1,10 +1,15 @@
 """What a truss does on a rope that gives, while the motor hauls in what a law takes of a rigid one.
 
-    J alphaddot + J' alphadot^2 / 2 + D alphadot + U' = T1 f,    T1 = k (h - s(alpha)) / c
+    J alphaddot + J' alphadot^2 / 2 + D alphadot + U' = (T1 + T1*) f / 2
+    T1 = k (h - s(alpha)) / c
 
 with h(t) = s(law) and the stretch that the stowed truss at rest needs; symbols as in
 `models.truss.rope_stiffness`. A slack rope does not push: T1 is never negative. Where the truss
 swings back the friction of the pulleys keeps its sense, which a rope at its turn does not.
+
+Each rope has a stiffness and a motor of its own. T1* is that of the second one, whose motor may be
+behind: h*(t) = h(t - d). Both have the same leverage f / 2, and the truss keeps one angle: what two
+unequal ropes twist is left out. As both are alike, a rope that is early is the other one late.
 """
 
 from __future__ import annotations
@@ -16,12 +21,13 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from models.arrays import Array, Flags, elementwise
 from models.errors import ModelError
 from models.laws.motion import Law
 from models.numerics import gauss_legendre
-from models.truss.dynamics import angular_acceleration, rope_force, static_force
+from models.truss.dynamics import angular_acceleration, rope_force
 from models.truss.inertia import kinetic_energy
 from models.truss.kinematics import rope_speed
 from models.truss.parameters import TrussParameters
@@ -32,12 +38,12 @@ from models.truss.rope_stiffness import (
     hauled_rope,
     rope_mode_frequency,
     rope_taken,
-    stretching_ratio,
     yielding_tension,
 )
 
 SAMPLES = 4001  # of a swing: a hundred to a period of 12 Hz in a motion of 3 s
 TAIL = 10  # periods of the open truss that are watched after the motor has stopped
+REACHED = 1e-6  # [rad] before the end of a law, where the truss counts as there
 BACKWARD = 1e-5  # of the greatest speed, beyond which a speed is no rounding at rest
 TOLERANCE = 1e-8  # of the integrator, relative; in angle and speed also absolute
 _CELLS, _NODES = 400, 4  # of the quadrature of what is left; a rope may become slack in one
@@ -105,11 +111,13 @@ class RopeSwing:
     ----------
     time : [s], from the start of the law to some periods after its end.
     angle, speed : of the truss [rad, rad/s].
-    tension : T1 [N], zero where the rope is slack.
+    tension : T1 of both ropes (2, m) [N], zero where one is slack; the second may be behind.
     meant_angle, meant_tension : of the law on a rigid rope [rad, N]; after its end those of rest.
     rest_angle : at which the truss comes to rest with the motor held [rad].
-    energy_left : when the motor stops, above that of this rest [J].
-    slack : time for which the rope is slack [s].
+    arrival_energy : of the truss in motion when it first reaches the end of the law [J]; nan where
+        it does not.
+    energy_left : when the last motor stops, above that of this rest [J].
+    slack : time for which one rope is slack, or both are [s].
     backward : time for which the truss moves back [s].
     """
 
@@ -120,6 +128,7 @@ class RopeSwing:
     meant_angle: Array
     meant_tension: Array
     rest_angle: float
+    arrival_energy: float
     energy_left: float
     slack: float
     backward: float
@@ -141,15 +150,17 @@ def rope_swing(
     stiffness: float,
     yields: RopeYields = "at the motor",
     hauls_stretch: bool = False,
+    behind: float = 0.0,
 ) -> RopeSwing:
-    """Integrate the truss on ropes of which the motor hauls in what a law takes.
+    """Integrate the truss on ropes of which the motors haul in what a law takes.
 
     Parameters
     ----------
     law : of the deployment angle, from rest.
     stiffness : k of one rope [N/m], above the least one.
-    hauls_stretch : whether the motor also hauls in the stretch that the law's tension causes. Then
-        the truss keeps to the law, if its ropes stay taut.
+    hauls_stretch : whether the motors also haul in the stretch that the law's tension causes. Then
+        the truss keeps to the law, if its ropes stay taut and no motor is behind.
+    behind : d, by which the motor of one rope is behind that of the other [s].
 
     Raises
     ------
@@ -158,35 +169,28 @@ def rope_swing(
     """
     from scipy.integrate import solve_ivp
 
-    duration, first = law.duration, law.start_angle
-    if hauls_stretch:
-        curve = HauledRope.of(parameters, law, stiffness, yields).curve
-    else:
-        ratio = float(stretching_ratio(parameters, first, yields))
-        at_first = float(static_force(parameters, first)) * ratio / stiffness
-        curve = _hauled(parameters, law, at_first)
-
-    def hauled_in(at: Any) -> Any:
-        return curve(np.minimum(at, duration))
-
+    duration, stop = law.duration, law.duration + behind
+    hauled_in = _course(parameters, law, stiffness, yields, hauls_stretch)
     rates, balance = _kernels(parameters, stiffness, yields)
-    held = float(hauled_in(np.array([duration]))[0])
+    held = float(hauled_in(duration))
     rest = _rest(balance, held, law.end_angle)
-    slowest = float(rope_mode_frequency(parameters, rest, stiffness, yields)[0])
-    end = duration + TAIL / slowest
+    end = stop + TAIL / float(rope_mode_frequency(parameters, rest, stiffness, yields)[0])
 
     def right_side(time: float, state: Array) -> list[float]:
-        return [state[1], float(rates(state[0], state[1], float(hauled_in(time))))]
+        hauled = hauled_in(np.array([time, time - behind]))
+        return [state[1], float(rates(*state, *hauled))]
 
-    time = np.union1d(
-        np.linspace(0.0, duration, SAMPLES), np.linspace(duration, end, 40 * TAIL + 1)
-    )
+    def short_of_the_end(_: float, state: Array) -> float:
+        return float(state[0]) - (law.end_angle - REACHED)
+
+    time = np.union1d(np.linspace(0.0, stop, SAMPLES), np.linspace(stop, end, 40 * TAIL + 1))
     solved = solve_ivp(
         right_side,
         (0.0, end),
-        [first, 0.0],
+        [law.start_angle, 0.0],
         "LSODA",
         time,
+        events=short_of_the_end,
         rtol=TOLERANCE,
         atol=TOLERANCE,
         max_step=duration / 100,
@@ -198,22 +202,53 @@ def rope_swing(
         )
 
     angle, speed = solved.y
-    pulled = elementwise(balance, angle, hauled_in(time))[0].ravel()
+    pulled = [elementwise(balance, angle, hauled_in(time - late))[0] for late in (0.0, behind)]
+    tension = np.stack([one.ravel() for one in pulled])
     meant_angle, meant_tension = _meant(parameters, law, time)
-    place = int(np.searchsorted(time, duration))
+    place, arrivals = int(np.searchsorted(time, stop)), solved.y_events[0]
     left = _above_rest(balance, held, rest, float(angle[place]))
     return RopeSwing(
         time=time,
         angle=angle,
         speed=speed,
-        tension=pulled,
+        tension=tension,
         meant_angle=meant_angle,
         meant_tension=meant_tension,
         rest_angle=rest,
+        arrival_energy=float(kinetic_energy(parameters, *arrivals[0]))
+        if len(arrivals)
+        else math.nan,
         energy_left=left + float(kinetic_energy(parameters, angle[place], speed[place])),
-        slack=_time_of(time, pulled <= 0.0),
+        slack=_time_of(time, tension.min(axis=0) <= 0.0),
         backward=_time_of(time, speed < -BACKWARD * speed.max()),
     )
+
+
+def _course(
+    parameters: TrussParameters,
+    law: Law,
+    stiffness: float,
+    yields: RopeYields,
+    hauls_stretch: bool,
+) -> Callable[[ArrayLike], Array]:
+    """Maps times to the rope that a motor has hauled in [m]; it stands before and after the law."""
+    first, last = (
+        float(hauled_rope(parameters, angle, 0.0, 0.0, stiffness, yields))
+        for angle in (law.start_angle, law.end_angle)
+    )
+    if hauls_stretch:
+        curve = HauledRope.of(parameters, law, stiffness, yields).curve
+    else:
+        curve = _hauled(parameters, law, first)
+        last = float(curve(law.duration))
+
+    def hauled_in(time: ArrayLike) -> Array:
+        at = np.asarray(time, dtype=float)
+        # the tension of a law may step at its ends
+        moving = curve(np.clip(at, 0.0, law.duration))
+        return np.where(at <= 0.0, first, np.where(at >= law.duration, last, moving))
+
+    return hauled_in
 
 
 def _hauled(parameters: TrussParameters, law: Law, at_first: float) -> Any:
@@ -231,13 +266,19 @@ def _hauled(parameters: TrussParameters, law: Law, at_first: float) -> Any:
 def _kernels(
     parameters: TrussParameters, stiffness: float, yields: RopeYields
 ) -> tuple[ca.Function, ca.Function]:
-    """The acceleration by alpha, omega and h; T1, and what pulls the truss back at rest, by two."""
-    alpha, omega, hauled = ca.SX.sym("alpha"), ca.SX.sym("omega"), ca.SX.sym("hauled")
-    pull = ca.fmax(0, yielding_tension(parameters, alpha, hauled, stiffness, yields))
-    acceleration = angular_acceleration(parameters, alpha, omega, pull)
+    """The acceleration by alpha, omega and h of both ropes, and `balance` by alpha and one h.
+
+    It has T1 of a rope, and what pulls the truss back at rest on two such ropes.
+    """
+    alpha, omega, hauled, later = (ca.SX.sym(name) for name in ("alpha", "omega", "h", "later"))
+    pull, behind = (
+        ca.fmax(0, yielding_tension(parameters, alpha, one, stiffness, yields))
+        for one in (hauled, later)
+    )
+    acceleration = angular_acceleration(parameters, alpha, omega, (pull + behind) / 2)
     back = potential_slope(parameters, alpha) - pull * rope_leverage(parameters, alpha)
     return (
-        ca.Function("rates", [alpha, omega, hauled], [acceleration], {"cse": True}),
+        ca.Function("rates", [alpha, omega, hauled, later], [acceleration], {"cse": True}),
         ca.Function("balance", [alpha, hauled], [ca.densify(pull), ca.densify(back)]),
     )
 

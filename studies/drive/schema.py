@@ -102,6 +102,7 @@ class Drive:
         exports haul the stretch in beforehand.
     rope_yields : where it gives; along its length, the mean tension stretches it and not the pull.
     plan_stretch : whether an optimum of the truss hauls that stretch in with it.
+    rope_delay : by which the motor of one rope may be behind the other's, for what comes of it [s].
     tension_ramp : over which that tension is averaged, since no motor follows a step of it [s].
     start_dwell, end_dwell : rest before and after the motion [s].
     ropes : axes in one table, which all get the same motion.
@@ -175,6 +176,9 @@ class Drive:
         "whether the optimum hauls that stretch in: the motor then starts and ends at rest",
         default=False,
     )
+    rope_delay: float | None = optional_key(
+        positive, "s", "by which one rope's motor may be behind the other's: what comes of it"
+    )
     tension_ramp: float | None = optional_key(
         positive,
         "s",
@@ -192,11 +196,12 @@ class Drive:
                 "drive.rope_diameter and drive.layer_turns belong together: state both for a drum "
                 "of several layers, or neither"
             )
-        if self.plan_stretch and self.rope_stiffness is None:
-            raise StudyError(
-                "drive.plan_stretch is stated for rigid ropes; state drive.rope_stiffness in N/m, "
-                "too"
-            )
+        for name in ("plan_stretch", "rope_delay"):
+            if getattr(self, name) and self.rope_stiffness is None:
+                raise StudyError(
+                    f"drive.{name} is stated for rigid ropes; state drive.rope_stiffness in N/m, "
+                    "too"
+                )
         of_the_drum = ("motor_speed", "motor_torque", "motor_inertia", "torque_speed")
         for name in (*of_the_drum, "rope_diameter"):
             if getattr(self, name) and self.drum_radius is None:

@@ -32,7 +32,7 @@ from studies.truss.bars import forces_of
 from studies.truss.motions.deployment import Deployment, travel_of
 from studies.truss.motions.laws import deployments_of
 from studies.truss.quantities import QUANTITIES
-from studies.truss.rope_figure import rope_mode_figure
+from studies.truss.rope_figure import rope_delay_figure, rope_mode_figure
 from studies.truss.scene import moving_antenna
 
 POINTS = 1201
@@ -80,6 +80,8 @@ def all_figures(
         yield "drive", drive_figure(deployments)
     if drive is not None and drive.rope_stiffness is not None:
         yield "rope_mode", rope_mode_figure(deployments[0])
+        if drive.rope_delay is not None:
+            yield "rope_delay", rope_delay_figure(deployments[0])
     if deployments[0].carrier is not None:
         yield "arm", arm_figure(deployments, caps)
     travels = [(one.name, travel) for one in deployments if (travel := travel_of(one)) is not None]

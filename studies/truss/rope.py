@@ -59,6 +59,9 @@ def rope_of(deployment: Deployment) -> RopeParts:
     try:
         swing = deployment.rope_swing
         found, numbers = _in_words(swing, truss, drive.plan_stretch), _as_numbers(swing)
+        if (behind := deployment.swing_with_one_behind) is not None:
+            found += _behind_in_words(behind, drive, end)
+            numbers |= {f"one_behind_{name}": value for name, value in _as_numbers(behind).items()}
         if drive.plan_stretch:
             hauled = HauledRope.of(truss, deployment.law, stiffness, yields)
             found = (_hauled_in_words(hauled), *found)
@@ -158,8 +161,27 @@ def _in_words(swing: RopeSwing, truss: TrussParameters, planned: bool) -> tuple[
     return tuple(sentences)
 
 
-def _as_numbers(swing: RopeSwing) -> dict[str, float]:
+def _behind_in_words(swing: RopeSwing, drive: Drive, end: float) -> tuple[str, ...]:
+    """What the truss does where the motor of one rope is behind; it ends at an angle [deg]."""
+    ahead, behind = swing.tension.max(axis=1)
+    arrives = (
+        f"does not reach {end:.4g} deg"
+        if math.isnan(swing.arrival_energy)
+        else f"reaches {end:.4g} deg with {swing.arrival_energy:.2g} J of kinetic energy"
+    )
+    slack = f" One or both are slack for {swing.slack:.3g} s." if swing.slack else ""
+    return (
+        f"If the motors haul in the stretch, too, and one is {drive.rope_delay:g} s behind the "
+        f"other, the truss {arrives}. The rope ahead pulls with up to {ahead:.4g} N, the other one "
+        f"with up to {behind:.4g} N.{slack} One rope early is the other one late. What unequal "
+        "ropes twist is not modelled.",
+    )
+
+
+def _as_numbers(swing: RopeSwing) -> dict[str, float | None]:
+    arrival = swing.arrival_energy
     return {
+        "swing_arrival_energy": None if math.isnan(arrival) else arrival,
         "swing_angle_miss_deg": math.degrees(swing.angle_miss),
         "swing_force_miss": swing.force_miss,
         "swing_peak_force": float(swing.tension.max()),

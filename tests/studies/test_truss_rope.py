@@ -18,7 +18,7 @@ from studies.truss.config import SolverOptions, TrussStudy, as_dictionary, study
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.laws import paper_laws
 from studies.truss.rope import rope_of
-from studies.truss.rope_figure import rope_mode_figure
+from studies.truss.rope_figure import rope_delay_figure, rope_mode_figure
 from studies.truss.study import run
 
 RUBBED = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01)
@@ -86,12 +86,34 @@ def test_the_figure_of_ropes_that_give() -> None:
     shown = [line.get_label() for line in mode.lines]
     assert shown == ["5000 N/m", "2e+04 N/m", "8e+04 N/m", "3.2e+05 N/m"]
     swing = laws[0].rope_swing
-    assert np.array_equal(force.lines[1].get_ydata(), swing.tension)
+    assert np.array_equal(force.lines[1].get_ydata(), swing.tension[0])
+
+
+def test_one_motor_behind_the_other_in_words_and_in_a_figure() -> None:
+    drive = Drive(rope_stiffness=600.0, rope_delay=0.1)
+    law, _ = paper_laws(RUBBED, 10.0, drive)
+    parts = rope_of(law)
+    numbers, said = parts.details["rope"], parts.sentences[-1]
+    assert "one is 0.1 s behind the other, the truss reaches 90 deg with" in said
+    # the swing is damped when the ring is open, and the rope ahead has carried nearly all
+    assert numbers["one_behind_swing_arrival_energy"] < 1e-8
+    assert numbers["one_behind_swing_peak_force"] > 1.3 * law.values["peak-force"]
+    assert numbers["one_behind_swing_slack_time"] > 1.0
+    # the stretch of open ropes is not hauled in where both follow rigid ropes
+    assert numbers["swing_arrival_energy"] is None
+
+    energy, force = rope_delay_figure(law).axes
+    assert energy.get_title().startswith("90 deg is reached with")
+    _, ahead, behind = (line.get_ydata() for line in force.lines)
+    assert ahead.max() == numbers["one_behind_swing_peak_force"]
+    assert behind.min() == 0.0
 
 
 def test_planned_stretch_needs_ropes_that_give_and_a_jerk_cap() -> None:
     with pytest.raises(StudyError, match=r"state drive\.rope_stiffness"):
         Drive(plan_stretch=True)
+    with pytest.raises(StudyError, match=r"rope_delay is .*state drive\.rope_stiffness"):
+        Drive(rope_delay=0.1)
     with pytest.raises(StudyError, match=r"state caps\.jerk"):
         stated(600.0, plan_stretch=True)
 

@@ -253,6 +253,17 @@ class Deployment:
         ropes = stated.rope_stiffness, stated.rope_yields
         return rope_swing(self.truss, self.law, *ropes, hauls_stretch=stated.plan_stretch)
 
+    @cached_property
+    def swing_with_one_behind(self) -> RopeSwing | None:
+        """The same with the stretch hauled in and one motor behind the other; None if none is."""
+        stated = self.drive
+        if stated is None or stated.rope_stiffness is None or stated.rope_delay is None:
+            return None
+        ropes = stated.rope_stiffness, stated.rope_yields
+        return rope_swing(
+            self.truss, self.law, *ropes, hauls_stretch=True, behind=stated.rope_delay
+        )
+
     def _located(self, grid: Array, sampled: Mapping[str, Array]) -> dict[str, Extreme]:
         """Extremes of histories that are sampled on a grid, all of them refined at once."""
         signs = {key: -1.0 if QUANTITIES[key].kind == "least" else 1.0 for key in sampled}

@@ -183,27 +183,90 @@ def test_swing_is_that_of_another_integrator(mu: float) -> None:
     assert swing.angle_miss > 1e-4
 
 
-def test_energy_of_a_slack_and_swinging_truss() -> None:
+@pytest.mark.parametrize("behind", [0.0, 0.1])
+def test_energy_of_a_slack_and_swinging_truss(behind: float) -> None:
     # what the motors give goes into truss, ropes and joints; a slack rope holds no energy
     p, k = DYNAMIC_SET, 600.0
     law = Bezier(10.0, paper_points(p.stowed_angle, math.pi / 2))
-    swing = rope_swing(p, law, k)
+    swing = rope_swing(p, law, k, behind=behind)
     assert swing.slack > 1.0
-    inside = swing.time <= 10.0
+    inside = swing.time <= 10.0 + behind
     time, angle, speed = swing.time[inside], swing.angle[inside], swing.speed[inside]
-    motion = law.motion(time)
-    hauling = -2 * p.modules * slider(p, motion.angle)[1] * motion.speed
+    tension = swing.tension[:, inside]
+
+    def hauling(late):
+        motion = law.motion(np.clip(time - late, 0.0, 10.0))
+        return -2 * p.modules * slider(p, motion.angle)[1] * motion.speed
 
     def total(power):
         return np.concatenate([[0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(time))])
 
     stored = evaluate_motion(p, np.minimum(angle, math.pi / 2), speed, 0 * angle)
-    ropes = swing.tension[inside] ** 2 / k
+    ropes = (tension**2).sum(axis=0) / (2 * k)
     kept = stored.kinetic_energy + stored.potential_energy + ropes
     lost = total(np.array([float(joint_damping(p, one)) for one in angle]) * speed**2)
-    given = total(2 * swing.tension[inside] * hauling)
+    given = total(tension[0] * hauling(0.0) + tension[1] * hauling(behind))
     # trapezoids over 2.5 ms, at swings of up to 12 Hz
     assert np.abs(kept - kept[0] + lost - given).max() < 2e-4 * given[-1]
+
+
+@pytest.mark.parametrize("late", [(0.1, 0.0), (-0.1, 0.0), (0.0, 0.1), (0.0, -0.1)])
+def test_each_rope_early_or_late_is_the_swing_with_one_behind(late: tuple[float, float]) -> None:
+    # another integrator, which stops where a rope becomes slack or taut; the truss swings past
+    # 40 deg with 1 rad/s
+    p, k, stop = RUBBED, 600.0, 4.1
+    law = JerkLimited(4.0, p.stowed_angle, math.radians(40.0), jerk=2.0).profile
+    swing = rope_swing(p, law, k, behind=0.1)
+    time = swing.time[swing.time < stop] + min(late)
+    at_first = hauled_at_rest(p, p.stowed_angle, k, "at the motor")
+
+    def stretch(time, alpha, rope):
+        hauled = law.motion(np.clip(time - late[rope], 0.0, 4.0)).angle[0]
+        return at_first + taken_rope(p, hauled) - taken_rope(p, alpha)
+
+    def until_a_rope_changes(begin, state, taut):
+        def rates(time, state):
+            alpha, omega = state
+            lever, taken, _ = torques(p, alpha)
+            pulls = sum(k * stretch(time, alpha, rope) for rope in (0, 1) if taut[rope])
+            slope, lost = 0.5 * float(inertia_slope(p, alpha)), float(joint_damping(p, alpha))
+            resists = taken + (slope * omega + lost) * omega
+            return [omega, (pulls * lever / 2 - resists) / float(inertia(p, alpha))]
+
+        def changes(rope):
+            def event(time, state):
+                return stretch(time, state[0], rope)
+
+            event.terminal, event.direction = True, -1 if taut[rope] else 1
+            return event
+
+        def arrives(time, state):
+            return state[0] - law.end_angle
+
+        events = [changes(0), changes(1), arrives]
+        end = time[-1]
+        asked = time[time >= begin]
+        tolerances = {"rtol": 1e-10, "atol": 1e-12}
+        return solve_ivp(rates, (begin, end), state, "DOP853", asked, events=events, **tolerances)
+
+    begin, state, taut = time[0], [p.stowed_angle, 0.0], [True, True]
+    angles, arrivals, changes = [], [], 0
+    while True:
+        path = until_a_rope_changes(begin, state, taut)
+        angles.append(path.y[0])
+        arrivals += list(path.y_events[2])
+        if path.status == 0:
+            break
+        (rope,) = (rope for rope in (0, 1) if path.t_events[rope].size)
+        begin, state = path.t_events[rope][0], path.y_events[rope][0]
+        taut[rope], changes = not taut[rope], changes + 1
+
+    assert changes >= 2
+    assert np.abs(np.concatenate(angles) - swing.angle[swing.time < stop]).max() < 1e-6
+    alpha, omega = arrivals[0]
+    energy = 0.5 * float(inertia(p, alpha)) * omega**2
+    assert energy > 1.0
+    assert swing.arrival_energy == pytest.approx(energy, rel=1e-4)
 
 
 def test_what_is_left_is_the_work_back_to_rest() -> None:
