@@ -37,7 +37,7 @@ def compiled(source: str, folder: Path, flags: tuple[str, ...] = FLAGS) -> Path:
 def played_in_c(library: Path, real: str, times: Array) -> Array:
     """Position, velocity and acceleration of the compiled function, (3, m)."""
     kind = ctypes.c_double if real == "double" else ctypes.c_float
-    function = ctypes.CDLL(str(library)).deployment_at
+    function = ctypes.CDLL(str(library)).set_point_at
     function.argtypes = [kind, *[ctypes.POINTER(kind)] * 3]
     rows = []
     for time in times.tolist():
