@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, TypeVar, get_args
+from typing import Any, Literal, get_args
 
 from studies.arm.optimal.objectives import OBJECTIVES, RESIDUAL
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive
@@ -39,11 +39,8 @@ from studies.truss.carrier import CarryingArm
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
-_DRIVE_MEANING = "what is given to the joints until the lock: torque or angle"
 HEAVIEST = 200.0  # inertia of a satellite over that of the straight arm, up to which it may turn
 PAPER_TOTAL, OUR_DWELL = 198.0, 10.0  # [s], the paper's 86 and 112 s; the dwell is ours
-
-_Study = TypeVar("_Study")
 
 
 def _count(most: int) -> Reader:
@@ -58,6 +55,12 @@ def _count(most: int) -> Reader:
     return Described(read, {"type": "integer", "minimum": 1, "maximum": most})
 
 
+def _angle(joint: str, when: str) -> Any:
+    """The key of an angle of a joint."""
+    meaning = f"angle of the {joint} at the {when}, instead of the stage's own"
+    return optional_key(finite, "deg", meaning)
+
+
 @dataclass(frozen=True, kw_only=True)
 class StageStudy:
     """One stage of the deployment: what every question but the sequence states."""
@@ -68,18 +71,10 @@ class StageStudy:
         "s",
         "duration of the stage; 8.6 for big and 11.2 for small and both, unless stated",
     )
-    root_start_deg: float | None = optional_key(
-        finite, "deg", "angle of the root at the start, instead of the stage's own"
-    )
-    root_end_deg: float | None = optional_key(
-        finite, "deg", "angle of the root at the end, instead of the stage's own"
-    )
-    elbow_start_deg: float | None = optional_key(
-        finite, "deg", "angle of the elbow at the start, instead of the stage's own"
-    )
-    elbow_end_deg: float | None = optional_key(
-        finite, "deg", "angle of the elbow at the end, instead of the stage's own"
-    )
+    root_start_deg: float | None = _angle("root", "start")
+    root_end_deg: float | None = _angle("root", "end")
+    elbow_start_deg: float | None = _angle("elbow", "start")
+    elbow_end_deg: float | None = _angle("elbow", "end")
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
 
     def __post_init__(self) -> None:
@@ -114,7 +109,12 @@ class ArmStudy(StageStudy):
         f"what is least: {', '.join(OBJECTIVES)}; time needs both caps",
         default="smoothest",
     )
-    drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
+    drive: Drive = key(
+        choice(DRIVES),
+        "",
+        "what is given to the joints until the lock: torque or angle",
+        default="torque",
+    )
     torque_cap: float | None = optional_key(
         positive, "N m", "cap on the torque of each driven joint"
     )
@@ -214,10 +214,8 @@ class ArmStudy(StageStudy):
 class BaselinesStudy(StageStudy):
     """An optimum beside each of the paper's laws: `antenna-ocp arm baselines`."""
 
-    drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
-    latch: float | None = optional_key(
-        positive, "rad", "a joint that misses its end angle by more fails to lock"
-    )
+    drive: Drive = key_of(ArmStudy, "drive")
+    latch: float | None = key_of(ArmStudy, "latch")
 
     @property
     def question(self) -> str:
@@ -232,7 +230,7 @@ class BaselinesStudy(StageStudy):
 class LeastDurationStudy(StageStudy):
     """Least durations under one torque cap and one residual: `antenna-ocp arm least-duration`."""
 
-    drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
+    drive: Drive = key_of(ArmStudy, "drive")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -248,7 +246,7 @@ class LeastDurationStudy(StageStudy):
 class RobustStudy(StageStudy):
     """One motion for a spread of arms: `antenna-ocp robust arm`."""
 
-    drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
+    drive: Drive = key_of(ArmStudy, "drive")
     points: int = key(_count(MOST_ELEMENTS), "", "arms a side of the grid on B21", default=21)
     draws: int = key(
         whole(0, 10_000_000), "", "arms drawn evenly from the spread, on B21", default=1500
@@ -293,11 +291,7 @@ class SequenceStudy:
     residual_energy: float = key(
         positive, "J", "energy that each lock may leave on the full model", default=RESIDUAL
     )
-    sample_time: float | None = optional_key(
-        positive,
-        "s",
-        "sample time of the exported profile; unless stated the longest that keeps the residual",
-    )
+    sample_time: float | None = key_of(ArmStudy, "sample_time")
     seconds: float = key(
         positive,
         "s",
@@ -343,19 +337,14 @@ def check_one_joint(question: str, stage: Stage) -> None:
 
 
 def study_from(raw: Mapping[str, Any]) -> ArmStudy:
-    """The study of one motion that a nested dictionary states; see `question_from`."""
-    return question_from(ArmStudy, raw)
-
-
-def question_from(kind: type[_Study], raw: Mapping[str, Any]) -> _Study:
-    """Check a nested dictionary and return the study of a kind that it states.
+    """The study of one motion that a nested dictionary states.
 
     Raises
     ------
     StudyError
         Naming the key, its value and the remedy.
     """
-    return from_mapping(kind, raw)
+    return from_mapping(ArmStudy, raw)
 
 
 def as_dictionary(study: Any) -> dict[str, Any]:

@@ -29,7 +29,6 @@ TIME_WINDOW = (0.5, 1.05)  # of a least time, over a duration in which the arm c
 SPARE_DURATION = 1.1  # first duration over the rigid arm's least under the same caps
 
 # Shapers whose frequency varies along the stage
-SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 FREQUENCIES_TRIED = 32
 FREQUENCIES_OF_BOTH = 9  # where both joints turn, whose motions take longer
 FREQUENCIES_REFINED = 8  # tried between the best one's neighbours

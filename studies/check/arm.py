@@ -19,7 +19,7 @@ from models.ancf.joints import Driven, Joint, Torque
 from models.errors import ModelError
 from ocp.arrays import Array
 from studies.arm.config import ArmStudy, as_dictionary, study_from
-from studies.arm.laws.unit_laws import baselines
+from studies.arm.laws.unit_laws import unit_law
 from studies.arm.optimal.solve import check_bending, solve_stage
 from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.questions.baselines import replay_law
@@ -63,7 +63,6 @@ EXACT = 1 / 3
 RESOLVED = 0.05  # of the peak torque: with all rows a spline is off by a sixteenth of it
 CAP_EXCESS = 1e-3  # of a cap, relative: what rows between the peaks may hide
 AFTER = 401  # instants of the quarter of a stage that is followed after the lock
-SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 WORTH_SAYING = ("residual_energy", "peak_root_torque", "peak_elbow_torque", "peak_root_moment")
 
 
@@ -363,8 +362,7 @@ def _beside(study: ArmStudy, console: Console, optimum: bool) -> tuple[list[Lock
             remark = "optimum: the smoothest motion under the same caps, local"
         except (StudyError, ModelError) as error:
             remark = f"the profile is compared with no optimum: {error}"
-    laws = {law.name: law for law in baselines(stage.duration, SHAPER / stage.duration)}
-    found += [replay_law(stage, laws[name], "torque") for name in LAWS]
+    found += [replay_law(stage, unit_law(name, stage.duration), "torque") for name in LAWS]
     if found and optimum and found[0].motion.name not in LAWS:
         found[0] = dataclasses.replace(
             found[0], motion=dataclasses.replace(found[0].motion, name=OPTIMUM)

@@ -13,6 +13,7 @@ from studies.common.arm_description import ArmDescription
 from studies.common.configuration import (
     boolean,
     finite,
+    from_mapping,
     key,
     optional_key,
     positive,
@@ -91,10 +92,9 @@ def read_arm(path: Path) -> dict[str, Any]:
     """
     raw, reasons = read_toml(path), []
     # by their places: the studies of the arm stand above those of the truss
-    question_from = placed("studies.arm.config:question_from")
     for kind in ("ArmStudy", "SequenceStudy", "RobustStudy"):
         try:
-            study: Any = question_from(placed(f"studies.arm.config:{kind}"), raw)
+            study: Any = from_mapping(placed(f"studies.arm.config:{kind}"), raw)
         except StudyError as error:
             reasons.append(str(error))
         else:

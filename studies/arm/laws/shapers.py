@@ -18,7 +18,7 @@ from models.arm.reduced_simulation import simulate_reduced
 from ocp.arrays import Array
 from studies.arm.laws.rigid import torque_drives
 from studies.arm.laws.scan import left_by_laws
-from studies.arm.laws.unit_laws import SHAPERS, NamedLaw, ShaperKind, baselines, shaped_bang_bang
+from studies.arm.laws.unit_laws import SHAPERS, NamedLaw, ShaperKind, shaped_bang_bang, unit_law
 from studies.arm.replay.full_model import ELEMENTS, Drive
 from studies.arm.replay.reduced_model import reduced_residual
 from studies.arm.search_limits import (
@@ -46,7 +46,7 @@ def baseline_law(stage: Stage, name: str, drive: Drive) -> NamedLaw:
         if name == kind:
             f = shaper_frequency(stage, kind, drive)
             return NamedLaw(f"{kind} {f:.3f} Hz", shaped_bang_bang(stage.duration, f, kind), True)
-    return next(law for law in baselines(stage.duration, 10.0 / stage.duration) if law.name == name)
+    return unit_law(name, stage.duration)
 
 
 @lru_cache(maxsize=32)

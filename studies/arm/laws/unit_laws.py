@@ -1,10 +1,11 @@
-"""Rest-to-rest laws of a unit turn: the baselines, each over the same duration.
+"""Rest-to-rest laws of a unit turn: the baselines.
 
 Symbols: T duration [s], f shaper frequency [Hz].
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -60,13 +61,14 @@ class NamedLaw:
     jumps: bool = False
 
 
-def baselines(duration: float, frequency: float) -> list[NamedLaw]:
-    """All baselines; `frequency` is the shapers' [Hz]."""
-    return [
-        NamedLaw("linear torque", linear_torque(duration), True),
-        NamedLaw("quintic", quintic(duration)),
-        NamedLaw("Step5", Step5(duration, 0.0, 1.0)),
-        NamedLaw("Bezier", bezier(duration)),
-        NamedLaw("ZV", shaped_bang_bang(duration, frequency, "ZV"), True),
-        NamedLaw("ZVD", shaped_bang_bang(duration, frequency, "ZVD"), True),
-    ]
+UNIT_LAWS: dict[str, Callable[[float], Law]] = {
+    "linear torque": linear_torque,
+    "quintic": quintic,
+    "Step5": lambda duration: Step5(duration, 0.0, 1.0),
+    "Bezier": bezier,
+}
+
+
+def unit_law(name: str, duration: float) -> NamedLaw:
+    """One of `UNIT_LAWS` over a duration [s]; only the linear torque jumps."""
+    return NamedLaw(name, UNIT_LAWS[name](duration), jumps=name == "linear torque")

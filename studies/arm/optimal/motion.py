@@ -20,7 +20,6 @@ from scipy.interpolate import BPoly, PPoly
 from models.ancf.analysis import LockedRun
 from models.ancf.integrate import StepControl
 from models.ancf.joints import Driven, Torque
-from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import ReducedMotion, simulate_reduced
 from ocp import PhaseTrajectory, Solution, Trajectory
 from ocp.arrays import Array
@@ -165,12 +164,12 @@ class OptimalMotion:
     def reduced(self) -> ReducedMotion:
         """Replay on B21 by another integrator, explicit Runge-Kutta steps where they are few."""
         if len(self.stage.moving) > 1 or overdamped(self.stage):
-            return self.on(self.stage.model)
+            return self._by_error_control()
         return follow(self.motion("torque"), SAMPLES)
 
-    def on(self, model: ReducedArm) -> ReducedMotion:
-        """Replay on a reduced model, by explicit steps of order 8 where they are not too many."""
-        joints = torque_joints(self.torques)
+    def _by_error_control(self) -> ReducedMotion:
+        """Replay on B21, by explicit steps of order 8 where they are not too many."""
+        model, joints = self.stage.model, torque_joints(self.torques)
         return simulate_reduced(
             model,
             model.at(*self.stage.start),

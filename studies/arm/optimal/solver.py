@@ -8,14 +8,13 @@ were too high.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
 from ocp import FixedMesh, Ipopt, Mesh, Radau, Settings
 from ocp.mesh.mesh import PhaseMesh, uniform
 from studies.arm.optimal.objectives import StatedMotion
-from studies.arm.search_limits import ITERATIONS, ROBUST_ITERATIONS
+from studies.arm.search_limits import ITERATIONS, ROBUST_ITERATIONS, Barrier
 
 DEGREE = 4
 PIVOTS = 1e-2  # of the linear solver: with its default the stiff modes spoil every step
@@ -49,16 +48,14 @@ def graded(intervals: int) -> PhaseMesh:
     return PhaseMesh(np.array([0.0, *x[1:-1], 1.0]), np.array([DEGREE]))
 
 
-def settings(
-    barrier: Literal["monotone", "adaptive"] = "monotone", iterations: int = ITERATIONS
-) -> Settings:
+def settings(barrier: Barrier) -> Settings:
     """For stiff elastic modes; the mesh is stated beside, the study verifies by its own replays."""
     solver = Ipopt(
         tolerance=_STATIONARITY,
         dual_tolerance=_STATIONARITY,
         constraint_violation=_VIOLATION,
         complementarity=_PRODUCT,
-        max_iterations=iterations,
+        max_iterations=ITERATIONS,
         barrier=barrier,
         pivot_tolerance=PIVOTS,
         stall=0,  # nothing is looser than this

@@ -35,7 +35,7 @@ from studies.arm.replay.full_model import (
 )
 from studies.arm.replay.numerical_floor import numerical_floor
 from studies.arm.replay.sampled import SampledProfile, sampled_to
-from studies.arm.report.profile import exported_motions, profile_check, profile_series
+from studies.arm.report.profile import exported_motions, profile_check, profiles_series
 from studies.arm.report.quantities import Metric, latch_checks, table_rows
 from studies.arm.report.traces import Trace
 from studies.arm.search_limits import HIGHEST_CAP, JUMP_STEPS
@@ -389,11 +389,7 @@ def _beside(pair: Pair) -> str:
 
 def _arrays(pairs: Sequence[Pair], profiles: Mapping[str, SampledProfile]) -> dict[str, Series]:
     """The profiles of all optima, the motion under the tightest cap, and all baselines."""
-    arrays: dict[str, Series] = {}
-    for number, (name, profile) in enumerate(profiles.items()):
-        arrays |= profile_series(profile, name if number else "")
-
-    last = pairs[-1]
+    arrays, last = profiles_series(profiles), pairs[-1]
     if last.optimum is not None:
         stage = last.baseline.motion.stage
         arrays |= Trace.of(followed(last.optimum, after_lock(stage)), OPTIMUM).series()

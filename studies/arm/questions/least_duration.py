@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.errors import ModelError
-from models.laws.unit_turns import bezier
 from ocp.arrays import Array
 from studies.arm.config import LeastDurationStudy, as_dictionary
 from studies.arm.laws.rigid import feed_forward
@@ -28,7 +27,7 @@ from studies.arm.laws.shapers import (
     locked_frequency,
     needs_search,
 )
-from studies.arm.laws.unit_laws import NamedLaw
+from studies.arm.laws.unit_laws import NamedLaw, unit_law
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.optimal.study_solver import Say, StudySolver
 from studies.arm.questions.baselines import replay_law
@@ -82,7 +81,7 @@ def torque_cap(stage: Stage, drive: Drive) -> float:
 
     Under angle drive that of the reaction on the full model.
     """
-    law = NamedLaw("Bezier", bezier(stage.duration))
+    law = unit_law("Bezier", stage.duration)
     if drive == "torque":
         return rigid_peak(stage, law)
     return float(replay_law(stage, law, drive, follow=False).peak_torque[stage.moving[0]])

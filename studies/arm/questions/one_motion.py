@@ -16,7 +16,7 @@ from models.errors import ModelError
 from models.laws.unit_turns import quintic
 from studies.arm.config import ArmStudy, as_dictionary
 from studies.arm.laws.rigid import feed_forward
-from studies.arm.laws.unit_laws import baselines
+from studies.arm.laws.unit_laws import unit_law
 from studies.arm.optimal.objectives import first_duration
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import Refined, refine
@@ -50,16 +50,16 @@ from studies.arm.report.quantities import (
     optimum_quantities,
     quantities_of,
     table_rows,
+    verdict_on,
 )
 from studies.arm.report.traces import Trace, snapshot_series, snapshots_of
-from studies.arm.search_limits import SHAPER
 from studies.arm.stage import Stage, TorqueCaps
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.finished import FinishedSteps
 from studies.common.folder import provenance
-from studies.common.result import Result, Verdict
+from studies.common.result import Result
 from studies.common.scene.chain_shapes import shape_series
 
 OPTIMUM = "optimum"
@@ -163,7 +163,7 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedSteps) -> Resu
         arrays=arrays,
         table=rows,
         bounds=_bounds(study, stage),
-        verdict=_verdict(refined),
+        verdict=verdict_on(refined),
         checks=(
             *criteria(study, refined, history),
             profile_check(profile, study.residual_energy),
@@ -262,8 +262,7 @@ def duration_to_try(stage: Stage, caps: TorqueCaps) -> str:
 
 def _baseline(stage: Stage, name: str, drive: Drive, console: Console) -> LockedMotion:
     console.live(f"{name} beside the optimum")
-    laws = {law.name: law for law in baselines(stage.duration, SHAPER / stage.duration)}
-    return replay_law(stage, laws[name], drive)
+    return replay_law(stage, unit_law(name, stage.duration), drive)
 
 
 def _bounds(study: ArmStudy, stage: Stage) -> dict[str, float]:
@@ -275,23 +274,3 @@ def _bounds(study: ArmStudy, stage: Stage) -> dict[str, float]:
     if cap is not None:
         bounds["rigid arm under the cap: duration [s]"] = stage.least_duration(cap)
     return bounds
-
-
-def _verdict(refined: Refined) -> Verdict:
-    if not refined.still:
-        return Verdict(
-            "unverified",
-            f"unverified: the full model is left with {refined.replay.residual_energy:.2e} J, more "
-            f"than the {refined.residual:g} J allowed; allow more, or give a longer duration",
-        )
-    if not refined.settled:
-        return Verdict(
-            "unverified",
-            "unverified: less smoothness and a finer mesh still gain more than a per cent; allow "
-            "more residual energy, or give a longer duration",
-        )
-    return Verdict(
-        "local",
-        "local: one optimum of the reduced model B21 from one start, replayed on the full ANCF "
-        "model; no other optimum was searched for",
-    )

@@ -151,7 +151,6 @@ def replay(
     *,
     elements: int = ELEMENTS,
     settings: StepControl | None = None,
-    lock_at: float | None = None,
     after: Array | None = None,
     modes: int = MODES,
     previous: LockedMotion | None = None,
@@ -165,8 +164,6 @@ def replay(
         Of a link.
     settings : StepControl, optional
         Of the integrator.
-    lock_at : float, optional
-        Time of the lock [s], the stage's duration by default.
     after : (m,), optional
         Instants of the motion after the lock, from the lock on [s].
     modes : int
@@ -175,14 +172,12 @@ def replay(
         The motion before, from the end of whose `after` this one goes on; from rest by default.
     """
     stage = motion.stage
-    end = stage.duration if lock_at is None else lock_at
-
     settings = settings or (JUMPS if motion.jumps else SMOOTH)
     joints, start = stage.full_joints(dict(motion.joints)), stage.start_state(elements)
     if previous is not None and previous.fixed.after is not None:
         held, start = previous.fixed.engagement.joints, previous.fixed.after.final
         joints = [motion.joints.get(k, joint) for k, joint in enumerate(held)]
-    times = sample_times(motion, end)
+    times = sample_times(motion)
     before = simulate(stage.chain(elements), joints, start, times, settings=settings)
     lock = lock_on(stage, joints, before)
 
@@ -245,8 +240,9 @@ def rough_steps_for(residual: float, drive: Drive = "torque") -> StepControl:
     return QUICK if steps == CLOSE else steps
 
 
-def sample_times(motion: Motion, end: float) -> Array:
+def sample_times(motion: Motion) -> Array:
     """Output instants: even ones, and both sides of every breakpoint."""
+    end = motion.stage.duration
     edges = np.array([b for joint in motion.joints.values() for b in joint.breakpoints])
     # a law of many pieces is smooth enough to be read at its breakpoints alone
     sides = np.concatenate([edges * (1 - 1e-12), edges]) if len(edges) < _FEW_EDGES else edges

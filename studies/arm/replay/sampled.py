@@ -128,14 +128,17 @@ def sampled(joint: Joint, times: Array) -> Array:
     return np.asarray((joint.torque if isinstance(joint, Torque) else joint.angle)(times))
 
 
-def interpolated(drive: Drive, times: Array, values: Array) -> Joint:
-    """The joint of a drive that interpolates samples, see `INTERPOLATION`."""
+def interpolated(drive: Drive, times: Array, values: Array, start: float = 0.0) -> Joint:
+    """The joint of a drive that interpolates samples, see `INTERPOLATION`.
+
+    Its time begins with that of the samples, or at a `start` among them [s].
+    """
     # torques and angles start and end with no rate
     curve = CubicSpline(times, values, bc_type="clamped")
-    value, rate, acceleration = (partial(_within, curve, order) for order in (0, 1, 2))
+    value, rate, acceleration = (partial(_within, curve, start, order) for order in (0, 1, 2))
     return Torque(value) if drive == "torque" else Driven(value, rate, acceleration)
 
 
-def _within(curve: CubicSpline, order: int, t: Array) -> Array:
+def _within(curve: CubicSpline, start: float, order: int, t: Array) -> Array:
     """A derivative of a spline between its ends."""
-    return np.asarray(curve(np.clip(t, curve.x[0], curve.x[-1]), order))
+    return np.asarray(curve(np.clip(t + start, curve.x[0], curve.x[-1]), order))

@@ -16,6 +16,7 @@ from ocp.arrays import Array
 from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import Loads
 from studies.arm.replay.sampled import INTERPOLATION, SampledProfile
+from studies.arm.report.quantities import verified
 from studies.arm.stage import JOINT_NAMES
 from studies.common.result import Criterion, Result, Series
 
@@ -28,14 +29,11 @@ def profile_check(profile: SampledProfile, residual: float, of: str = "") -> Cri
 
     `of` names the motion where there are several.
     """
-    left = profile.residual_energy
-    held = left <= residual
     name = (
         f"the profile{of and f' of {of}'} sampled every {profile.step:.4g} s leaves no more than "
         "the residual allowed"
     )
-    sentence = f"{'verified' if held else 'FAILED'}: {name}"
-    return Criterion(name, "J", left, residual, held, sentence)
+    return verified(name, "J", profile.residual_energy, residual)
 
 
 def profile_series(profile: SampledProfile, name: str = "") -> dict[str, Series]:
@@ -44,24 +42,47 @@ def profile_series(profile: SampledProfile, name: str = "") -> dict[str, Series]
     Under `name` where the result has several profiles, else as its main one.
     """
     times, exact = profile.times, profile.exact
-    run = exact.run.before
-    angles, rates = run.joint_angles(), joint_rates(run.chain, run.q, run.v)
-
     head = f"{name}/" if name else ""
     axis = f"{head}time"
     arrays = {axis: Series("s", axis, times, "since the release")}
     for k, joint in exact.motion.joints.items():
         if isinstance(joint, Driven):
             angle, rate = profile.values[k], joint.rate(times)
-            torque, source = CubicSpline(run.times, run.torque[k])(times), "reaction at the"
+            run, source = exact.run.before, "reaction at the"
+            torque = CubicSpline(run.times, run.torque[k])(times)
         else:
-            curve = CubicHermiteSpline(run.times, angles[k], rates[k])
-            angle, rate = curve(times), curve(times, 1)
+            angle, rate = joint_path(exact, k, times)
             torque, source = profile.values[k], "of the drive at the"
-        where = JOINT_NAMES[k]
-        arrays[f"{head}{where}_torque"] = Series("N m", axis, torque, f"{source} {where}")
-        arrays[f"{head}{where}_angle"] = Series("rad", axis, angle, f"of the {where}")
-        arrays[f"{head}{where}_rate"] = Series("rad/s", axis, rate, f"of the {where}'s angle")
+        arrays |= joint_series(head, k, torque, angle, rate, source)
+    return arrays
+
+
+def joint_path(replayed: LockedMotion, k: int, times: Array) -> tuple[Array, Array]:
+    """Angle [rad] and rate [rad/s] (m,) of a joint that rests before and after its motion."""
+    run = replayed.run.before
+    angles, rates = run.joint_angles()[k], joint_rates(run.chain, run.q, run.v)[k]
+    curve = CubicHermiteSpline(run.times, angles, rates)
+    inside = np.clip(times, run.times[0], run.times[-1])
+    return np.asarray(curve(inside)), np.where(times == inside, curve(inside, 1), 0.0)
+
+
+def joint_series(
+    head: str, k: int, torque: Array, angle: Array, rate: Array, source: str
+) -> dict[str, Series]:
+    """What drives follow at a joint, along the axis `time` below a head."""
+    axis, where = f"{head}time", JOINT_NAMES[k]
+    return {
+        f"{head}{where}_torque": Series("N m", axis, torque, f"{source} {where}"),
+        f"{head}{where}_angle": Series("rad", axis, angle, f"of the {where}"),
+        f"{head}{where}_rate": Series("rad/s", axis, rate, f"of the {where}'s angle"),
+    }
+
+
+def profiles_series(profiles: Mapping[str, SampledProfile]) -> dict[str, Series]:
+    """Those of several profiles, the first as the main one."""
+    arrays: dict[str, Series] = {}
+    for number, (name, profile) in enumerate(profiles.items()):
+        arrays |= profile_series(profile, name if number else "")
     return arrays
 
 

@@ -153,11 +153,11 @@ class Snapshot:
     small: Array
 
 
-def snapshots_of(replayed: LockedMotion, count: int = SNAPSHOTS) -> list[Snapshot]:
+def snapshots_of(replayed: LockedMotion) -> list[Snapshot]:
     """The arm at even instants until the lock."""
     run = replayed.run.before
     snapshots = []
-    for asked in np.linspace(0.0, run.times[-1], count):
+    for asked in np.linspace(0.0, run.times[-1], SNAPSHOTS):
         i = int(np.argmin(np.abs(run.times - asked)))
         big, small = (
             np.array([run.position(link, node)[:, i] for node in range(run.chain.nodes)]).T

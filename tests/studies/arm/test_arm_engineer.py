@@ -17,7 +17,7 @@ from models.errors import ModelError
 from models.laws.unit_turns import quintic
 from studies.arm.config import BaselinesStudy
 from studies.arm.laws.rigid import feed_forward, inertias
-from studies.arm.laws.unit_laws import baselines
+from studies.arm.laws.unit_laws import unit_law
 from studies.arm.optimal.phase import arm_phase
 from studies.arm.optimal.refinement import FLOOR, Refined
 from studies.arm.optimal.rounds import Round
@@ -225,7 +225,7 @@ def test_a_law_that_jumps_takes_the_longest_fixed_step_that_converges(monkeypatc
         return motion
 
     monkeypatch.setattr("studies.arm.questions.baselines.replay", short_steps_only)
-    law = next(x for x in baselines(8.6, 2.178) if x.name == "linear torque")
+    law = unit_law("linear torque", 8.6)
     assert replay_law(big_arm(8.6), law, "torque").name == "linear torque"
     assert tried == [0.004, 0.002, 0.001]
 

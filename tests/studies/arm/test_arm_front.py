@@ -7,7 +7,7 @@ import pytest
 
 from ocp import FrontPoint, ParetoFront, PointNotFound
 from studies.arm import draw
-from studies.arm.config import as_dictionary, question_from
+from studies.arm.config import as_dictionary
 from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.questions.fronts import study as study_module
@@ -18,6 +18,7 @@ from studies.arm.questions.fronts.study import laws_beside, result_of, walked_fr
 from studies.arm.questions.fronts.subject import ArmFront
 from studies.arm.stage import big_arm
 from studies.arm.trade_off import TradeOffStudy
+from studies.common.configuration import from_mapping
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.export.source import with_motion
@@ -27,12 +28,12 @@ LEFT = {"objectives": "peak-torque,residual-energy"}
 
 
 def test_the_one_that_is_easy_to_limit_is_limited_and_a_study_is_made_again():
-    study = question_from(TradeOffStudy, SHORT)
+    study = from_mapping(TradeOffStudy, SHORT)
     assert (study.limited, study.least) == ("time", "peak-torque")
     assert study.range == (8.6, 8.7)
-    again = question_from(TradeOffStudy, as_dictionary(study))
+    again = from_mapping(TradeOffStudy, as_dictionary(study))
     assert as_dictionary(again) == as_dictionary(study)
-    assert question_from(TradeOffStudy, {"objectives": ["deflection", "peak-torque"]}).limited == (
+    assert from_mapping(TradeOffStudy, {"objectives": ["deflection", "peak-torque"]}).limited == (
         "peak-torque"
     )
 
@@ -57,12 +58,12 @@ def test_the_one_that_is_easy_to_limit_is_limited_and_a_study_is_made_again():
 )
 def test_what_is_refused(raw, words):
     with pytest.raises(StudyError) as caught:
-        question_from(TradeOffStudy, raw)
+        from_mapping(TradeOffStudy, raw)
     assert words in str(caught.value)
 
 
 def test_an_end_that_no_motion_reaches_is_said_with_its_remedy(monkeypatch):
-    subject = ArmFront(question_from(TradeOffStudy, SHORT), silent())
+    subject = ArmFront(from_mapping(TradeOffStudy, SHORT), silent())
 
     def none(*given):
         raise PointNotFound("2 J are left")
@@ -82,7 +83,7 @@ def test_an_end_that_no_motion_reaches_is_said_with_its_remedy(monkeypatch):
 def test_limits_that_nothing_meets_are_refused_at_once(objectives, limits, words):
     raw = {"objectives": objectives, "range": limits}
     with pytest.raises(StudyError) as caught:
-        list(ArmFront(question_from(TradeOffStudy, raw), silent()).ends())
+        list(ArmFront(from_mapping(TradeOffStudy, raw), silent()).ends())
     assert words in str(caught.value)
     assert caught.value.exit_code == ExitCode.INFEASIBLE
 
@@ -95,7 +96,7 @@ def test_limits_that_nothing_meets_are_refused_at_once(objectives, limits, words
     ],
 )
 def test_the_last_of_the_order_is_least(objectives, order):
-    study = question_from(TradeOffStudy, {"objectives": objectives})
+    study = from_mapping(TradeOffStudy, {"objectives": objectives})
     assert study.objectives == order
     assert (study.limited, study.least) == order
 
@@ -132,7 +133,7 @@ def test_the_reduced_model_is_asked_for_less_where_the_full_one_has_more(
         return SimpleNamespace(replay=lambda settings: replayed)
 
     monkeypatch.setattr(NearbySolves, "_again", again)
-    subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
+    subject = ArmFront(from_mapping(TradeOffStudy, LEFT), silent())
     demand = Demand.of(big_arm(8.6), {"residual-energy": 1e-6})
     asked = SoughtPoint(None, demand, "peak-torque", 1e-6, None)
     if not found:
@@ -156,7 +157,7 @@ def test_a_motion_that_does_not_rest_is_sought_with_more_smoothness(monkeypatch)
 
     monkeypatch.setattr(NearbySolves, "once", once)
     monkeypatch.setattr(ArmFront, "_kept", lambda self, found, limits: found)
-    subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
+    subject = ArmFront(from_mapping(TradeOffStudy, LEFT), silent())
     start = SimpleNamespace(weight=1e-6, intervals=150)
     assert subject._solved({"peak-torque": 3.4}, "deflection", start, None) == "calm"
     assert weights == pytest.approx([1e-6, 1e-5])
@@ -179,7 +180,7 @@ def test_ends_that_are_alike_leave_nothing_to_trade_and_a_figure_shows_it(monkey
     monkeypatch.setattr(ArmFront, "ends", alike)
     for name in ("motion_series", "motion_details"):
         monkeypatch.setattr(study_module, name, lambda points: {})
-    subject = ArmFront(question_from(TradeOffStudy, SHORT), silent())
+    subject = ArmFront(from_mapping(TradeOffStudy, SHORT), silent())
     walked = walked_front(subject)
     assert len(walked.points) == 2
 
@@ -199,7 +200,7 @@ def test_ends_that_are_alike_leave_nothing_to_trade_and_a_figure_shows_it(monkey
 
 @pytest.fixture(scope="module")
 def short_front():
-    subject = ArmFront(question_from(TradeOffStudy, SHORT), silent())
+    subject = ArmFront(from_mapping(TradeOffStudy, SHORT), silent())
     right, left = subject.ends()
     return subject, left, subject.near(8.65, left, "up"), right
 
@@ -226,7 +227,7 @@ def test_after_a_stop_the_laws_are_replayed_in_one_duration(monkeypatch):
     monkeypatch.setattr(
         "studies.arm.questions.fronts.study.laws_in", lambda stage, durations, console: durations
     )
-    study = question_from(TradeOffStudy, SHORT)
+    study = from_mapping(TradeOffStudy, SHORT)
     assert study.limited == "time"
     found = ParetoFront(tuple(point_at(None, limit, 3.0) for limit in (7.0, 9.0)))
     whole, short = (laws_beside(study, found, silent(), whole) for whole in (True, False))
@@ -257,7 +258,7 @@ def test_its_result_has_laws_words_and_a_figure(short_front):
 
 @pytest.mark.slow
 def test_a_lock_that_may_meet_a_swing_needs_less_torque():
-    study = question_from(TradeOffStudy, LEFT | {"range": "1e-4..1.1e-4"})
+    study = from_mapping(TradeOffStudy, LEFT | {"range": "1e-4..1.1e-4"})
     subject = ArmFront(study, silent())
     # as of a neighbour: the refinement before it takes most of the time
     stage = study.slew

@@ -15,7 +15,6 @@ from studies.arm.config import (
     LeastDurationStudy,
     RobustStudy,
     as_dictionary,
-    question_from,
 )
 from studies.arm.questions.one_motion import with_duration
 from studies.arm.replay.full_model import Motion, replay
@@ -25,6 +24,7 @@ from studies.arm.stage import big_arm
 from studies.arm.trade_off import TradeOffStudy
 from studies.cli import build_parser
 from studies.common.comparison_table import costs_elsewhere
+from studies.common.configuration import from_mapping
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.keys import key_lines
 from studies.common.result import Result, Series
@@ -57,7 +57,7 @@ def result(**parts):
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: type(study).__name__)
 def test_a_study_is_made_again_from_what_its_result_keeps(study):
-    again = question_from(type(study), as_dictionary(study))
+    again = from_mapping(type(study), as_dictionary(study))
     assert as_dictionary(again) == as_dictionary(study)
     assert again.question == study.question
     if not isinstance(study, SequenceStudy):

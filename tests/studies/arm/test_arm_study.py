@@ -10,7 +10,7 @@ import pytest
 
 from studies.arm.config import study_from
 from studies.arm.laws.rigid import angle_drives, torque_drives
-from studies.arm.laws.unit_laws import baselines, shaped_bang_bang
+from studies.arm.laws.unit_laws import SHAPERS, shaped_bang_bang, unit_law
 from studies.arm.optimal.refinement import FLOOR, refine
 from studies.arm.optimal.solve import check_bending, solve_stage
 from studies.arm.replay.full_model import Motion, replay
@@ -24,8 +24,10 @@ from studies.common.result import Result
 STEP5_BIG = 8.8e-6  # [J] left by Step5 after the big arm's 8.6 s, data to test against
 
 
-def law(stage, name, frequency=2.178):
-    return next(x.law for x in baselines(stage.duration, frequency) if x.name == name)
+def law(stage, name):
+    if name in SHAPERS:
+        return shaped_bang_bang(stage.duration, 2.178, name)
+    return unit_law(name, stage.duration).law
 
 
 @pytest.mark.parametrize("name", ["linear torque", "quintic", "Step5", "Bezier", "ZV", "ZVD"])

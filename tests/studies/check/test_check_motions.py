@@ -234,10 +234,10 @@ def arm_file(path: Path, columns: dict[str, np.ndarray]) -> str:
 def test_the_arm_is_replayed_by_angles_and_by_torques(tmp_path: Path, capsys) -> None:
     from studies.arm.config import ArmStudy
     from studies.arm.laws.rigid import feed_forward, joint_motion
-    from studies.arm.laws.unit_laws import baselines
+    from studies.arm.laws.unit_laws import unit_law
 
     stage = ArmStudy().slew
-    law = {law.name: law.law for law in baselines(stage.duration, 1.0)}["Bezier"]
+    law = unit_law("Bezier", stage.duration).law
     time = np.linspace(0.0, stage.duration, 173)
     angle = np.degrees(joint_motion(stage, law, time)[0][0])
     torque = feed_forward(stage, law)(time)[0]

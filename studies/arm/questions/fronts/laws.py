@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from studies.arm.laws.unit_laws import baselines
+from studies.arm.laws.unit_laws import unit_law
 from studies.arm.questions.baselines import replay_law
 from studies.arm.questions.fronts.point import AXES, largest_deflection, largest_torque
-from studies.arm.search_limits import SHAPER
 from studies.arm.stage import Stage
 from studies.arm.trade_off import RESIDUAL_ENERGY
 from studies.common.console import Console
@@ -49,10 +48,9 @@ def laws_in(stage: Stage, durations: Sequence[float], console: Console) -> list[
     found = []
     for duration in durations:
         at = stage.lasting(duration)
-        unit_laws = {law.name: law for law in baselines(duration, SHAPER / duration)}
         for name in LAWS:
             console.live(f"{name} in {duration:.4g} s")
-            replayed = replay_law(at, unit_laws[name], "torque", follow=False)
+            replayed = replay_law(at, unit_law(name, duration), "torque", follow=False)
             energy, torque = replayed.residual_energy, largest_torque(replayed)
             values = duration, energy, torque, largest_deflection(replayed)
             found.append(TimedLaw(name, dict(zip(AXES, values, strict=True))))

@@ -37,8 +37,7 @@ from studies.arm.questions.robust.trials import (
     parts_of,
 )
 from studies.arm.replay.full_model import Drive
-from studies.arm.replay.sampled import SampledProfile
-from studies.arm.report.profile import exported_motions, profile_check, profile_series
+from studies.arm.report.profile import exported_motions, profile_check, profiles_series
 from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.comparison_table import costs_elsewhere
@@ -180,7 +179,7 @@ def find_robust(study: RobustStudy, console: Console, kept: FinishedSteps) -> Re
         kind="robust",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=_profile_series(profiles) | _series(comparison) | draw_series(left),
+        arrays=profiles_series(profiles) | _series(comparison) | draw_series(left),
         table=rows,
         verdict=Verdict(
             "local",
@@ -213,14 +212,6 @@ def find_robust(study: RobustStudy, console: Console, kept: FinishedSteps) -> Re
         },
         provenance=provenance(),
     )
-
-
-def _profile_series(profiles: Mapping[str, SampledProfile]) -> dict[str, Series]:
-    """The profiles of all motions, the first as the main one."""
-    arrays: dict[str, Series] = {}
-    for number, (name, profile) in enumerate(profiles.items()):
-        arrays |= profile_series(profile, name if number else "")
-    return arrays
 
 
 def _quantities(motion_map: ResidualMap, comparison: Comparison) -> list[Metric]:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from models.ancf.joints import Torque, joint_rates
 from ocp.arrays import Array
 from studies.arm.optimal.refinement import most_left
 from studies.arm.replay import sampled
@@ -61,26 +58,14 @@ def sampled_to(
     for tried in STEPS if step is None else (step,):
         times = sampled.sample_times(big + dwell + small, tried)
         torques = torques_at(motions, dwell, times)
-        curves = [CubicSpline(times, x, bc_type="clamped") for x in torques]
         driven = [
-            replace(motion, joints={k: Torque(_from(curve, start))})
-            for k, motion, curve, start in zip(
-                (ROOT, ELBOW), motions, curves, (0.0, big + dwell), strict=True
-            )
+            replace(motion, joints={k: sampled.interpolated("torque", times, torques[k], start)})
+            for k, motion, start in zip((ROOT, ELBOW), motions, (0.0, big + dwell), strict=True)
         ]
         again = in_turn(driven, (dwell,), settings=steps_for(residual))
         if most_left(again) <= residual:
             break
     return SampledSequence(times, torques, again)
-
-
-def _from(curve: CubicSpline, start: float) -> Callable[[Array], Array]:
-    """A torque over the time since its motion began."""
-    return partial(_shifted, curve, start)
-
-
-def _shifted(curve: CubicSpline, start: float, t: Array) -> Array:
-    return np.asarray(curve(t + start))
 
 
 def torques_at(motions: Sequence[Motion], dwell: float, times: Array) -> Array:
@@ -99,21 +84,9 @@ def profile_series(found: SampledSequence, replays: Sequence[LockedMotion]) -> d
     released_at = float(replays[0].run.runs[-1].times[-1])
     arrays = {"time": Series("s", "time", times, "since the release of the root")}
     for k, motion, start in zip((ROOT, ELBOW), replays, (0.0, released_at), strict=True):
-        angle, rate = _joint(motion, k, times - start)
-        name = JOINT_NAMES[k]
-        arrays[f"{name}_torque"] = Series("N m", "time", found.torques[k], f"of the {name}'s drive")
-        arrays[f"{name}_angle"] = Series("rad", "time", angle, f"of the {name}")
-        arrays[f"{name}_rate"] = Series("rad/s", "time", rate, f"of the {name}'s angle")
+        angle, rate = profile.joint_path(motion, k, times - start)
+        arrays |= profile.joint_series("", k, found.torques[k], angle, rate, "of the drive at the")
     return arrays
-
-
-def _joint(motion: LockedMotion, k: int, times: Array) -> tuple[Array, Array]:
-    """Angle [rad] and rate [rad/s] (m,) of a joint that rests before and after its motion."""
-    run = motion.run.before
-    angles, rates = run.joint_angles()[k], joint_rates(run.chain, run.q, run.v)[k]
-    curve = CubicHermiteSpline(run.times, angles, rates)
-    inside = np.clip(times, run.times[0], run.times[-1])
-    return np.asarray(curve(inside)), np.where(times == inside, curve(inside, 1), 0.0)
 
 
 def torque_series(motions: Sequence[Motion], dwell: float) -> dict[str, Series]:

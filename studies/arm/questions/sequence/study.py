@@ -13,8 +13,7 @@ from models.ancf.integrate import StepControl
 from models.arm.reduced_simulation import reduced_modes
 from studies.arm.config import SequenceStudy, as_dictionary
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.refinement import AGREE, Refined, agreement, refine
-from studies.arm.optimal.rounds import MISS, SAME
+from studies.arm.optimal.refinement import Refined, refine
 from studies.arm.optimal.solve import MOST_PERIODS, solved
 from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.questions.sequence.problem import (
@@ -43,7 +42,14 @@ from studies.arm.replay.full_model import (
     in_turn,
     steps_for,
 )
-from studies.arm.report.quantities import CAP_EXCESS, Metric, table_rows
+from studies.arm.report.quantities import (
+    CAP_EXCESS,
+    Metric,
+    refinement_checks,
+    table_rows,
+    verdict_on,
+    verified,
+)
 from studies.arm.report.traces import Trace
 from studies.arm.search_limits import SEQUENCE_INTERVALS, SEQUENCE_WINDOW, UNRESOLVED
 from studies.arm.stage import ROOT
@@ -245,23 +251,7 @@ def _verdict(found: Refined, seconds: float | None) -> Verdict:
             f"unverified: the {seconds:g} s of the search ended before all of its rounds "
             "were done; give more --seconds",
         )
-    if not found.still:
-        return Verdict(
-            "unverified",
-            f"unverified: a lock leaves {found.left:.2e} J on the full model, more than the "
-            f"{found.residual:g} J allowed; allow more, or give a longer time",
-        )
-    if not found.settled:
-        return Verdict(
-            "unverified",
-            "unverified: less smoothness and a finer mesh still gain more than a per cent; allow "
-            "more residual energy, or give a longer time",
-        )
-    return Verdict(
-        "local",
-        "local: one optimum of the reduced model B21, replayed on the full ANCF model; others "
-        "were not sought",
-    )
+    return verdict_on(found)
 
 
 def _criteria(
@@ -270,7 +260,7 @@ def _criteria(
     """What must hold: each lock by itself, the same on a finer model, sampled, caps, angles."""
     allowed = found.residual
     checks = [
-        _verified(
+        verified(
             f"the {which} lock leaves no more than the residual allowed",
             "J",
             replayed.residual_energy,
@@ -278,31 +268,17 @@ def _criteria(
         )
         for which, replayed in zip(("first", "last"), found.replays, strict=True)
     ]
-
-    name = f"half as many elements again change what is left by {AGREE:.0%} of what is allowed"
-    checks.append(_verified(f"{name} at most", "J", found.disagreement, agreement(allowed)))
-
     name = f"the profile sampled every {sampled.step:.4g} s leaves no more than the residual"
-    checks.append(_verified(f"{name} allowed", "J", sampled.left, allowed))
-
-    miss = max(replayed.miss for replayed in found.replays)
-    checks.append(_verified("the joints reach their angles", "rad", miss, MISS))
-    name = (
-        f"the last halving of smoothness and interval changes the objective by {SAME:.0%} at most"
-    )
-    checks.append(_verified(name, "1", abs(found.change), SAME))
+    checks += [
+        verified(f"{name} allowed", "J", sampled.left, allowed),
+        *refinement_checks(found),
+    ]
 
     cap, peak = study.torque_cap, float(found.motion.peak_torque.max())
     if cap is not None:
         name = "the torque is within its cap between the points"
-        checks.append(_verified(name, "N m", peak, cap, CAP_EXCESS))
+        checks.append(verified(name, "N m", peak, cap, CAP_EXCESS))
     return tuple(checks)
-
-
-def _verified(name: str, unit: str, value: float, limit: float, excess: float = 0.0) -> Criterion:
-    held = bool(value <= limit * (1 + excess))
-    sentence = f"{'verified' if held else 'FAILED'}: {name}"
-    return Criterion(name, unit, float(value), float(limit), held, sentence)
 
 
 def _facts(
