@@ -80,9 +80,8 @@ def _check_duration(solved: Sequence[SolvedMesh]) -> None:
     if duration > _NEXT_TO_NO_TIME * solved[0].iterate.scales.time:
         return
     raise Collapsed(
-        f"the motion of '{last.problem.name}' shrinks to {duration:.1e} s, and finer controls "
-        "promise to gain all of the objective: nothing seems to limit them; bound the controls, or "
-        "prescribe a least duration",
+        f"the duration of '{last.problem.name}' tends to zero ({duration:.1e} s), because nothing "
+        "seems to limit the controls; bound them, or prescribe a minimum duration",
         last.trajectory,
     )
 

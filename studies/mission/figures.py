@@ -81,16 +81,21 @@ def timeline_figure(result: Result) -> Figure:
 
 
 def caps_figure(result: Result) -> Figure:
-    """What each stage uses, and what it leaves at its end, beside the caps."""
+    """The use of each cap, and the energy left after each stage; pale if it does not count."""
     stages = result.details["stages"]
     uses = [(stage["stage"], use) for stage in stages for use in stage["uses"]]
     figure = Figure(figsize=(10.0, 1.2 + 0.36 * len(uses)), dpi=150, layout="constrained")
-    figure.suptitle("What each stage uses and leaves, beside its caps", fontsize=12)
+    figure.suptitle(
+        "Use of each cap (pale: not a part of the utilisation, as the motion was planned with it)",
+        fontsize=12,
+    )
     panel = figure.subplots()
 
     colours = {stage["stage"]: colour for stage, colour in zip(stages, COLOURS, strict=False)}
     shares = [max(100 * use["share"], LEAST_SHOWN) for _, use in uses]
-    panel.barh(range(len(uses)), shares, color=[colours[name] for name, _ in uses], height=0.6)
+    bars = panel.barh(range(len(uses)), shares, color=[colours[n] for n, _ in uses], height=0.6)
+    for bar, (_, use) in zip(bars, uses, strict=True):
+        bar.set_alpha(1.0 if use["counts"] and not use["limit"] else 0.35)
     for place, (share, (_, use)) in enumerate(zip(shares, uses, strict=True)):
         panel.annotate(
             f"{use['value']:.3g} of {use['cap']:.3g} {use['unit']}",

@@ -51,7 +51,7 @@ def test_a_guess_in_one_mode_stays_there_and_that_is_said(guessed: float) -> Non
     assert found.objective < greedy() - 0.1
     check = told(found)
     assert not check.passed
-    assert "other controls promise to gain" in check.sentence
+    assert "other controls may improve the objective by" in check.sentence
     assert f"throttle = {-guessed:.0f}"[:12] in check.sentence
     assert check.value > 0.1
 
@@ -91,7 +91,7 @@ def test_zero_is_tried_for_a_control_without_limits() -> None:
     found = solve(Problem("dead zone", phase, minimise=phase.integral(u**2)))
     assert found.objective == pytest.approx(9.0, rel=1e-6)
     check = told(found)
-    assert "gain 0.33 of the objective, such as u = 0 instead of 3 at" in check.sentence
+    assert "objective by 33 %, such as u = 0 instead of 3 at" in check.sentence
     assert not check.passed
 
 

@@ -143,7 +143,7 @@ def test_an_angle_with_a_small_cost_that_is_lost_is_said_to_need_bounds():
         assert not certify(found).passed
         return found.verdict
 
-    assert re.search(r"'heading'.*bound this angle, as in Control|promise", told(priced()))
+    assert re.search(r"'heading'.*bound this angle, as in Control|may improve", told(priced()))
     # as the message says; without the cost the crossing takes 5.45787 s, and it is less than
     # 1e-4 pi^2 times that more
     assert 5.45787 < solve(priced(lower=-4, upper=4)).objective < 5.45787 * 1.001
