@@ -16,7 +16,7 @@ Row = Mapping[str, Any]
 Column = str | Callable[[Row], object]  # of a table: a key of the rows, or a function of one
 Columns = Mapping[str, Column]  # by their headings
 
-# One line a show: its name, and the module, or the object of a module, that has what a `Show` has.
+# One line a show: its name, and the module that has what a `Show` has.
 SHOWS = {
     "arm-random": "benchmarks.shows.arm_random",
     "truss-random": "benchmarks.shows.truss_random",
@@ -24,9 +24,6 @@ SHOWS = {
     "interrupts": "benchmarks.shows.fuzz.interrupts",
     "continued": "benchmarks.shows.fuzz.continued",
     "engine-families": "benchmarks.shows.engine.families",
-    "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
-    "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",
-    "engine-swings": "benchmarks.shows.engine.stated:SWINGS",
 }
 
 
@@ -94,6 +91,4 @@ def show(name: str) -> Show:
     """
     if name not in SHOWS:
         raise StudyError(f"there is no show {name!r}; {closest(name, SHOWS)}")
-    module, _, attribute = SHOWS[name].partition(":")
-    found = importlib.import_module(module)
-    return cast(Show, getattr(found, attribute) if attribute else found)
+    return cast(Show, importlib.import_module(SHOWS[name]))

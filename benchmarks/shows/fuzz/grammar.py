@@ -36,23 +36,20 @@ class Kind:
     ----------
     words : after its name; capital ones stand for files.
     text : a file that states a cheap study.
-    budget : seconds that its words allow it; 0 if it has no such flag.
     study : classes of its keys, each as table=module:name with the name of its table if it has
         one; none if it reads no file.
     """
 
     words: Sequence[str] = ()
     text: str = ""
-    budget: float = 0.0
     study: tuple[str, ...] = ()
 
 
 _CHEAP: Mapping[str, Kind] = {
-    "truss": Kind(TRUSS, SMOOTH, 20.0),
+    "truss": Kind(TRUSS, SMOOTH),
     "codesign": Kind(
         ("--objective", "peak-force", *TRUSS[2:], "--designs", "1"),
         SMOOTH,
-        20.0,
     ),
     "robust truss": Kind(
         ("STUDY", "--draws", "20", "--coarse", "--seconds", "20"),

@@ -1,4 +1,4 @@
-"""The optima of singular and chattering problems that the file states are the right ones."""
+"""Singular and chattering problems, and free headings: what the files state, the engine finds."""
 
 import math
 
@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
+from benchmarks.shows.engine.engine_problem import problem_of
 from benchmarks.shows.engine.variant import Variant, catalogue
+from ocp import Accuracy, Settings, solve
 from tests.benchmarks.shows.arcs import optimum_of
 
 SINGULAR = catalogue("singular")
 OF_ARCS = [name for name, stated in SINGULAR.items() if "arcs" in stated]
 TAKES_LONG = {"predators_and_prey"}
+STATED = [(file, name) for file in ("singular", "headings") for name in catalogue(file)]
 
 # Fuller's curve of switches x = -C v |v|, and how much shorter each arc is than the one before:
 # A. T. Fuller, Int. J. Control 1 (1963); Zelikin and Borisov 1994, ch. 2
@@ -77,3 +80,18 @@ def test_a_series_of_arcs_comes_to_rest_in_time() -> None:
     whole = first + first * (1 + SHORTER) / (1 - SHORTER)
     assert whole < 5
     assert np.sqrt(0.01) * whole < 0.5
+
+
+# a state that nothing depends on is stated as the source has it
+@pytest.mark.filterwarnings("ignore::ocp.errors.StatementWarning")
+@pytest.mark.parametrize("asked", [None, pytest.param(1e-8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("file", "name"), STATED)
+def test_the_engine_finds_them_as_accurately_as_asked(
+    file: str, name: str, asked: float | None
+) -> None:
+    variant = Variant.nominal(name, file)
+    settings = Settings() if asked is None else Settings(accuracy=Accuracy(objective=asked))
+    found = solve(problem_of(variant, True), settings=settings)
+    # 1e-6 by default; one source gives its optimum to six digits
+    allowed = max(asked or 1e-6, variant.stated.get("optimum_known_to", 0.0))
+    assert found.objective == pytest.approx(variant.value(variant.stated["optimum"]), rel=allowed)
