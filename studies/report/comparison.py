@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from studies.common.charts import TIME, Chart, ChartAxis, Curve
+from studies.common.columns import flat
 from studies.common.console import number
 from studies.common.result import Result
 from studies.report.html import document
@@ -92,21 +93,9 @@ def _shared(curve: Curve, name: str) -> Curve:
 
 
 def _settings(results: Sequence[Result], names: Sequence[str]) -> PageTable:
-    first, second = (_flat(result.configuration) for result in results)
-    keys = [
-        key
-        for key in dict.fromkeys((*first, *second))
-        if first.get(key, "–") != second.get(key, "–")
-    ]
-    rows = [(key, first.get(key, "–"), second.get(key, "–")) for key in keys]
+    """What the two were asked differently."""
+    both = [flat(result.configuration) for result in results]
+    keys = dict.fromkeys(key for one in both for key in one)
+    rows = [(key, *(str(one.get(key, "–")) for one in both)) for key in keys]
+    rows = [row for row in rows if row[1] != row[2]]
     return PageTable("Settings", ("setting", *names), rows, "settings")
-
-
-def _flat(content: Mapping[str, object], head: str = "") -> dict[str, str]:
-    found: dict[str, str] = {}
-    for key, value in content.items():
-        if isinstance(value, Mapping):
-            found |= _flat(value, f"{head}{key}.")
-        else:
-            found[f"{head}{key}"] = str(value)
-    return found

@@ -68,10 +68,7 @@ def chart_picture(chart: Chart, laws: Sequence[str]) -> Markup:
         values = [v for curve in chart.curves for v in (curve.values.min(), curve.values.max())]
         low, high = value_range([*values, *(level.value for level in chart.levels)])
         panel.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
-
-        text = io.StringIO()
-        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-    return _in_page_colours(text.getvalue(), f"{chart.label} against {axis.label}")
+        return _in_page_colours(figure, f"{chart.label} against {axis.label}")
 
 
 def _tidy(figure: Figure, panel: Axes) -> None:
@@ -91,7 +88,10 @@ def _settings(key: str) -> Any:
     return {**_SETTINGS, "svg.hashsalt": key}
 
 
-def _in_page_colours(text: str, title: str) -> Markup:
+def _in_page_colours(figure: Figure, title: str) -> Markup:
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", transparent=True, metadata={"Date": None})
+    text = stream.getvalue()
     for colour, variable in _VARIABLES.items():
         text = text.replace(colour, variable)
     text = re.sub(r"'DejaVu Sans', [^;\"]*", "sans-serif", text)
@@ -178,6 +178,4 @@ def tension_picture(picture: MovingPicture) -> Markup:
         _tidy(figure, panel)
         panel.set_ylim(bottom=0)
         panel.legend(frameon=False, fontsize=8)
-        text = io.StringIO()
-        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-    return _in_page_colours(text.getvalue(), "tension along one rope at four instants")
+        return _in_page_colours(figure, "tension along one rope at four instants")

