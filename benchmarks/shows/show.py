@@ -24,6 +24,7 @@ SHOWS = {
     "interrupts": "benchmarks.shows.fuzz.interrupts",
     "continued": "benchmarks.shows.fuzz.continued",
     "engine-families": "benchmarks.shows.engine.families",
+    "engine-swings": "benchmarks.shows.engine.swings",
 }
 
 
