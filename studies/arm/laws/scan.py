@@ -6,7 +6,7 @@ are right to 1e-3, what a jump of torque leaves is some per cent too small.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 
@@ -15,17 +15,9 @@ import numpy as np
 
 from models.laws import Law
 from ocp.arrays import Array
-from studies.arm.laws.rigid import feed_forward, joint_motion, torque_drives
-from studies.arm.replay.full_model import Drive, Motion
-from studies.arm.replay.reduced_model import (
-    NOMINAL,
-    ArmEquations,
-    arm_equations,
-    fastest_rate,
-    march,
-    overdamped,
-    residuals,
-)
+from studies.arm.laws.rigid import feed_forward, joint_motion
+from studies.arm.replay.full_model import Drive
+from studies.arm.replay.reduced_model import ArmEquations, arm_equations, fastest_rate, march
 from studies.arm.stage import Stage
 
 _STABLE = 2.2  # step times the fastest mode's rate; the method's limit is 2.6
@@ -33,27 +25,14 @@ _ABREAST = 64  # laws at a time, for memory
 _AWAY = 1e-9  # share of a step by which values at breakpoints are taken inside
 
 
-def left_by_laws(
-    stage: Stage, laws: Sequence[Law], drive: Drive, live: Callable[[str], None] | None = None
-) -> Array:
+def left_by_laws(stage: Stage, laws: Sequence[Law], drive: Drive) -> Array:
     """E_res on B21 [J] of each law (m,) after the lock at its end; one joint turns.
-
-    `live` receives a line now and then, where the laws are followed one by one: those of an arm
-    whose fastest modes are overdamped, by implicit steps.
 
     Raises
     ------
     ModelError
         If the stage turns both joints.
     """
-    if drive == "torque" and overdamped(stage):
-        left = list[float]()
-        for law in laws:
-            if live is not None:
-                live(f"a law of {law.duration:.4g} s on B21, {len(left) + 1} of {len(laws)}")
-            left.append(_alone(stage, law))
-        return np.array(left)
-
     # laws with equally many breakpoints take their steps together
     alike: dict[int, list[int]] = {}
     for place, law in enumerate(laws):
@@ -65,13 +44,6 @@ def left_by_laws(
             some = places[first : first + _ABREAST]
             energies[some] = _abreast(stage, [laws[i] for i in some], drive)
     return energies
-
-
-def _alone(stage: Stage, law: Law) -> float:
-    """E_res of one law under torque."""
-    longer = stage.lasting(law.duration)
-    motion = Motion("law", "torque", longer, dict(torque_drives(longer, law)))
-    return float(residuals(motion, [NOMINAL])[0])
 
 
 def _abreast(stage: Stage, laws: Sequence[Law], drive: Drive) -> Array:

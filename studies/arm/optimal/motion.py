@@ -27,7 +27,7 @@ from studies.arm.optimal.correction import added_to
 from studies.arm.optimal.objectives import StatedMotion
 from studies.arm.optimal.phase import slope_unit
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, in_turn
-from studies.arm.replay.reduced_model import follow, method_for, overdamped, reduced_residual
+from studies.arm.replay.reduced_model import follow, method_for, reduced_residual
 from studies.arm.stage import ELBOW, ROOT, Stage
 from studies.common.code_version import hashed
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
@@ -163,7 +163,7 @@ class OptimalMotion:
     @cached_property
     def reduced(self) -> ReducedMotion:
         """Replay on B21 by another integrator, explicit Runge-Kutta steps where they are few."""
-        if len(self.stage.moving) > 1 or overdamped(self.stage):
+        if len(self.stage.moving) > 1:
             return self._by_error_control()
         return follow(self.motion("torque"), SAMPLES)
 

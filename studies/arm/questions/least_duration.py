@@ -219,7 +219,7 @@ def _first_that_passes(
     for first in range(0, len(laws), _PART):
         some = [law.law for law in laws[first : first + _PART]]
         live(f"{name}: durations from {durations[first]:.4g} s on B21")
-        left = np.append(left, left_by_laws(stage, some, drive, live))
+        left = np.append(left, left_by_laws(stage, some, drive))
         dips = windows(durations[: len(left)], left, ended=len(left) == len(laws))
         for window in dips[asked:CANDIDATES]:
             done = first_pass(on_full_model, window, cap)

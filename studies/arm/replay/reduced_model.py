@@ -26,7 +26,7 @@ from models.arm.driven import DrivenArm
 from models.arm.lock import energy_after_lock, lock_reduced, lock_terms
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm, solve_small
-from models.arm.reduced_simulation import Method, ReducedMotion, reduced_modes, simulate_reduced
+from models.arm.reduced_simulation import Method, ReducedMotion, reduced_modes
 from ocp.arrays import Array
 from studies.arm.replay.full_model import Drive, Motion
 from studies.arm.stage import ELBOW, ROOT, Stage
@@ -41,10 +41,6 @@ _MANY = 15_000  # steps of single arms from which compiled code pays: it takes h
 # Periods of the fastest mode beyond which explicit steps take a minute. No mode swings through so
 # slow a motion, so that implicit steps are long, and as exact.
 _MANY_PERIODS = 3e4
-# Rate of the fastest mode over its frequency, from which explicit steps take longer than implicit
-# ones: it is that damped.
-_OVERDAMPED = 10.0
-_IMPLICIT = 1e-7  # tolerance of implicit steps
 _OFF = 0.1  # factor less one of the arms that are combined; any would do, as all is affine
 
 
@@ -62,10 +58,7 @@ def varied(arm: ArmParameters, factors: Factors) -> ArmParameters:
 def method_for(model: ReducedArm, angles: tuple[float, float], duration: float) -> Method:
     """Integrator for an optimum on a reduced model that starts at (theta1, theta2) [rad]."""
     fastest = float(reduced_modes(model, model.at(*angles))[0][-1])
-    overdamped = (
-        _rate(2 * math.pi * fastest, model.parameters) > _OVERDAMPED * 2 * math.pi * fastest
-    )
-    return "Radau" if overdamped or fastest * duration > _MANY_PERIODS else "DOP853"
+    return "Radau" if fastest * duration > _MANY_PERIODS else "DOP853"
 
 
 def reduced_residual(stage: Stage, motion: ReducedMotion) -> float:
@@ -117,14 +110,6 @@ def residuals(
         Receives a line now and then.
     """
     stage, factors = motion.stage, np.array(points).T
-    joint = motion.joints[stage.moving[0]]
-    if isinstance(joint, Torque) and overdamped(stage):
-        left = list[float]()
-        for point in points:
-            if live is not None:
-                live(f"{motion.name}: arm {len(left) + 1} of {len(points)} on B21")
-            left.append(_left_by_implicit_steps(stage, joint, point))
-        return np.array(left)
     if step is None:
         step = _stable_step(motion, points)
     steps, arms = int(np.ceil(stage.duration / step)), len(points)
@@ -150,29 +135,14 @@ def residuals(
     return np.asarray(energy(state, inputs[:, -1], factors).full())[0]
 
 
-def _left_by_implicit_steps(stage: Stage, joint: Torque, factors: Factors) -> float:
-    """E_res on B21 [J] after the lock, of an arm of some factors whose joint has a torque."""
-    model, k = stage.reduced(varied(stage.arm, factors)), stage.moving[0]
-    motion = simulate_reduced(
-        model,
-        model.at(*stage.start),
-        np.array([0.0, stage.duration]),
-        root=joint if k == ROOT else None,
-        elbow=joint if k == ELBOW else None,
-        tolerance=_IMPLICIT,
-        method="Radau",
-    )
-    return reduced_residual(stage, motion)
-
-
-def paths(motion: Motion, points: Sequence[Factors], samples: int) -> Array:
+def paths(motion: Motion, points: Sequence[Factors], samples: int, steps: int = 1) -> Array:
     """States at even instants of arms that share a motion's drive, (m, n, samples).
 
     A state is (q, v) under torque, and elastic coordinates with their rates on an angle. `points`
-    are as for `residuals`.
+    are as for `residuals`; `steps` is the least number of steps.
     """
     stage, factors = motion.stage, np.array(points).T
-    step = _stable_step(motion, points)
+    step = min(_stable_step(motion, points), stage.duration / steps)
     each = int(np.ceil(stage.duration / step / (samples - 1)))  # steps from sample to sample
     steps, arms = each * (samples - 1), len(points)
     inputs = _inputs(motion, steps)
@@ -216,13 +186,6 @@ def fastest_rate(stage: Stage, drive: Drive, points: Sequence[Factors] = (NOMINA
     return _rate(frequency, stage.arm)
 
 
-def overdamped(stage: Stage) -> bool:
-    """Whether the fastest modes of an arm are damped so much that explicit steps take too long."""
-    return fastest_rate(stage, "torque") > _OVERDAMPED * _highest_frequency(
-        stage.lasting(1.0), "torque"
-    )
-
-
 def _rate(frequency: float, arm: ArmParameters) -> float:
     """Size [1/s] of the faster exponent of a mode of an angular frequency [rad/s]."""
     # the damping of the links goes with their stiffness, so that of a mode with its frequency
@@ -254,26 +217,8 @@ def march(
 
 def follow(motion: Motion, samples: int) -> ReducedMotion:
     """The motion of the nominal arm under torque on B21 at even instants, with `STEPS` or more."""
-    stage, joint = motion.stage, motion.joints[motion.stage.moving[0]]
-    if not isinstance(joint, Torque):
-        raise ValueError("follow: the motion is not under torque")
-    # as many steps from sample to sample as make `STEPS` in all
-    step = _stable_step(motion, (NOMINAL,))
-    each = int(np.ceil(max(STEPS, stage.duration / step) / (samples - 1)))
-    equations = arm_equations(stage, "torque", compiled=each * (samples - 1) > _MANY)
-
-    half_steps = np.linspace(0.0, stage.duration, 2 * each * (samples - 1) + 1)
-    torque = joint.torque(half_steps)
-    triples = np.stack((torque[:-1:2], torque[1::2], torque[2::2]), axis=1)
-    parts = triples.reshape(samples - 1, 1, -1)
-
-    advance = equations.step.mapaccum("follow", each)
-    path = np.empty((len(equations.start), samples))
-    path[:, 0] = equations.start
-    for k, part in enumerate(parts):
-        path[:, k + 1] = advance(path[:, k], part, np.ones(3), 2 * half_steps[1]).full()[:, -1]
-
-    q, v = np.split(path, 2)
+    stage = motion.stage
+    q, v = np.split(paths(motion, (NOMINAL,), samples, STEPS)[0], 2)
     nodes = stage.model.to_nodes(q, v, 1)[0]
     times = np.linspace(0.0, stage.duration, samples)
     return ReducedMotion(stage.model, times, q, v, tip=nodes[12:14], elbow=nodes[4:6])
