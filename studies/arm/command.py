@@ -33,6 +33,7 @@ SOLVE = Study(
     run="studies.arm.study:run",
     folder="arm-{0.stage}",
     resumes=True,
+    ends=True,
     files="studies.arm.report.profile:files",
     figures="studies.arm.report.comparison_figures:draw",
     mechanism=ARM,

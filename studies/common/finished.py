@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -202,6 +203,11 @@ def finished_steps(folder: Path, question: Any) -> FinishedSteps:
         All that is asked.
     """
     return FinishedSteps(folder / FOLDER / hashed([question, code_version().name])[:12])
+
+
+def forget_steps(folder: Path) -> None:
+    """Remove all finished steps from a results folder: those of other keys and versions, too."""
+    shutil.rmtree(folder / FOLDER, ignore_errors=True)
 
 
 def mark(solution: Solution) -> str:

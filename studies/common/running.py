@@ -151,7 +151,12 @@ def carry_out(
             return found
 
         result = _solved(solve, folder, begun, go_on, console)
-        return hand_over(study, result, folder, f"{command} {again}", options, console, go_on)
+        code = hand_over(study, result, folder, f"{command} {again}", options, console, go_on)
+        if study.ends and code is ExitCode.OK:
+            from studies.common.finished import forget_steps
+
+            forget_steps(folder.path)
+        return code
 
 
 def _taken_over(count: int) -> str:

@@ -146,6 +146,8 @@ class Study:
         of files that it names.
     resumes : whether its `run` takes `kept`, the `FinishedSteps` of its folder, so that a run that
         was stopped can go on: see `studies.common.finished`.
+    ends : whether nothing is left to go on with where its result passed, so that the finished steps
+        are removed then.
     files : function from a result to texts of further files, by name.
     outcome : function from a result to the text that is printed; by default that of all studies.
     figures : function from a result to names and figures.
@@ -177,6 +179,7 @@ class Study:
     presets: Path | None = None
     beside: Place | None = None
     resumes: bool = False
+    ends: bool = False
     files: Place | None = None
     outcome: Place | None = None
     figures: Place | None = None

@@ -15,7 +15,7 @@ from studies.common import finished
 from studies.common.code_version import CodeVersion
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode
-from studies.common.finished import NOTHING_KEPT, FinishedSteps, finished_steps
+from studies.common.finished import NOTHING_KEPT, FinishedSteps, finished_steps, forget_steps
 from studies.common.processes.side_by_side import side_by_side
 from studies.common.result import Result
 from studies.mission.stages import Use
@@ -171,3 +171,11 @@ def test_a_study_that_was_changed_takes_over_nothing(tmp_path: Path, capsys) -> 
     assert main(["truss", str(study), "--no-figures", "--results", str(alone)]) == ExitCode.OK
     found, expected = (Result.load(folder).value("energy") for folder in (out, alone))
     assert found == expected
+
+
+def test_steps_that_nobody_needs_are_removed_with_those_of_other_questions(tmp_path: Path) -> None:
+    for duration in (2.0, 3.0):
+        finished_steps(tmp_path, ["truss", {"duration": duration}]).step("a", lambda: 1)
+    forget_steps(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    forget_steps(tmp_path)  # where there are none, nothing happens

@@ -48,7 +48,11 @@ STOPPED = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", STOPPED)
-def test_a_command_goes_on_with_the_same_result(name: str, tmp_path: Path, capsys) -> None:
+def test_a_command_goes_on_with_the_same_result(
+    name: str, tmp_path: Path, capsys, monkeypatch
+) -> None:
+    # the steps of an arm, which are looked at below, are removed from a result that is verified
+    monkeypatch.setattr("studies.common.finished.forget_steps", lambda folder: None)
     flags, words, number, least = STOPPED[name]
     (tmp_path / "study.toml").write_text(ROBUST)
     flags = flags.replace("STUDY", str(tmp_path / "study.toml"))
