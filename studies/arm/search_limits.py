@@ -23,8 +23,6 @@ CORRECTIONS = 4  # of a round's torque on the full model
 HOPELESS = 300.0  # times the residual allowed, above which a motion is not aimed anew
 
 # Least time of one stage
-LONGER_DURATIONS = 3  # tried after the first where no motion is found to start from
-LENGTHENED = 1.15  # from one to the next
 TIME_WINDOW = (0.5, 1.05)  # of a least time, over a duration in which the arm can turn
 SPARE_DURATION = 1.1  # first duration over the rigid arm's least under the same caps
 

@@ -64,7 +64,7 @@ class Stage:
     Raises
     ------
     StudyError
-        If nothing turns, or the duration is not positive and finite.
+        If nothing turns.
     """
 
     name: str
@@ -76,15 +76,6 @@ class Stage:
     satellite_inertia: float | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.duration) and self.duration > 0):
-            raise StudyError(
-                f"the duration of the stage '{self.name}' is {self.duration!r} s; give a positive "
-                "finite time"
-            )
-
-        if not all(map(math.isfinite, (*self.start, *self.end))):
-            raise StudyError(f"an angle of the stage '{self.name}' is not finite; give numbers")
-
         if not self.moving:
             raise StudyError(
                 f"the stage '{self.name}' turns no joint; give it an end angle that differs from "

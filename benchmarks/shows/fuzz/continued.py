@@ -78,7 +78,9 @@ def answer(question: Question, folder: Path) -> Row:
         at = None if end is None else end["at"] * alone["in all"]
         leg = _ended(go_on, at, 0 if end is None else end["signal"], folder)
         legs.append(leg)
-        again = sorted(file for file, when in before.items() if _files(kept).get(file) != when)
+        now = _files(kept)
+        # a verified result of an arm keeps none
+        again = sorted(file for file, when in before.items() if now.get(file, when) != when)
         faults += [f"taken again: {', '.join(again)}"] if again else []
         faults += [] if leg["code"] == -signal.SIGKILL else faults_of(leg["code"], leg["said"])
         if not leg["stopped"]:
@@ -96,7 +98,7 @@ def answer(question: Question, folder: Path) -> Row:
         "seconds alone": alone["in all"],
         "seconds of all": [leg["in all"] for leg in legs],
         "codes": [leg["code"] for leg in legs],
-        "steps": len(_files(kept)),
+        "steps": len(before | now),
         "off": off,
         "faults": faults,
     }

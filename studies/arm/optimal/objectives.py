@@ -89,22 +89,15 @@ def energy(arm: ArmPhase) -> Any:
 
 def tip_acceleration(arm: ArmPhase) -> Functional:
     """Largest square of the tip's acceleration."""
-    acceleration = _second(arm.model.tip(column(arm.q)), arm)
-    stage = arm.stage
-    k = stage.moving[0]
-    length = (stage.arm.big.length, stage.arm.small.length)[k]
-    size = _CONSTANT * abs(stage.turn[k]) * length / stage.duration**2
-    return arm.phase.peak(ca.dot(acceleration, acceleration) / size**2, scale=1.0)
+    stage, k = arm.stage, arm.stage.moving[0]
+    size = _CONSTANT * abs(stage.turn[k]) * _length(arm) / stage.duration**2
+    return _largest_square(arm.model.tip(column(arm.q)), arm, size)
 
 
 def root_reaction(arm: ArmPhase) -> Functional:
     """Largest square of the root's force, the rate of the arm's momentum."""
-    force = _second(arm.model.first_moment(column(arm.q)), arm)
-    stage = arm.stage
-    k = stage.moving[0]
-    length = (stage.arm.big.length, stage.arm.small.length)[k]
-    size = float(_CONSTANT * stage.torque_units[k] / length)
-    return arm.phase.peak(ca.dot(force, force) / size**2, scale=1.0)
+    size = float(_CONSTANT * arm.stage.torque_units[arm.stage.moving[0]] / _length(arm))
+    return _largest_square(arm.model.first_moment(column(arm.q)), arm, size)
 
 
 def deflection(arm: ArmPhase) -> Functional:
@@ -126,6 +119,18 @@ def peak_momentum(arm: ArmPhase) -> Functional:
     stage = arm.stage
     unit = float(stage.inertia_turns[stage.moving[0]]) / stage.duration
     return peak((arm.phase, angular_momentum(arm.model, arm.q, arm.v) / unit), absolute=True)
+
+
+def _length(arm: ArmPhase) -> float:
+    """Of the link behind the joint that turns [m]."""
+    links = arm.stage.arm.big, arm.stage.arm.small
+    return float(links[arm.stage.moving[0]].length)
+
+
+def _largest_square(place: Any, arm: ArmPhase, size: float) -> Functional:
+    """Largest square of the second derivative of a place, over that of its size."""
+    second = _second(place, arm)
+    return arm.phase.peak(ca.dot(second, second) / size**2, scale=1.0)
 
 
 def _second(place: Any, arm: ArmPhase) -> Any:

@@ -310,51 +310,19 @@ def reduced_signals(
 
 def torque_signals(stage: Stage, caps: TorqueCaps) -> Drives:
     """The drives of a stage's joints, with a margin below their caps."""
-    signals = [
-        drive_signals(
-            stage,
-            k,
-            torque=_with_margin(caps.torque[k]),
-            rate=_with_margin(caps.rate[k]),
-            rate_scale=_RATE,
-            bend_scale=_BEND,
-        )
-        for k in stage.moving
-    ]
-
-    torques, rates, bends = zip(*signals, strict=True)
-    return Drives(
-        torque=dict(zip(stage.moving, torques, strict=True)),
-        rate=dict(zip(stage.moving, rates, strict=True)),
-        bend=dict(zip(stage.moving, bends, strict=True)),
-    )
-
-
-def drive_signals(
-    stage: Stage, joint: int, *, torque: float, rate: float, rate_scale: float, bend_scale: float
-) -> tuple[State, State, Control]:
-    """Torque, its rate and the rate's slope of one joint.
-
-    Parameters
-    ----------
-    stage : Stage
-    joint : int
-    torque, rate : float
-        Largest values [N m], [N m/s].
-    rate_scale, bend_scale : float
-        Typical rate in J D/T^3 and slope in J D/T^4.
-    """
-    name, unit, duration = JOINT_NAMES[joint], float(stage.torque_units[joint]), stage.duration
-    return (
-        State(f"{name} torque", "N m", -torque, torque, scale=_TORQUE * unit),
-        State(f"rate of {name} torque", "N m/s", -rate, rate, scale=rate_scale * unit / duration),
-        Control(
-            f"slope of the rate of {name} torque",
+    torques, rates, bends, T = {}, {}, {}, stage.duration
+    for k in stage.moving:
+        name, unit = f"{JOINT_NAMES[k]} torque", float(stage.torque_units[k])
+        torque, rate = _with_margin(caps.torque[k]), _with_margin(caps.rate[k])
+        torques[k] = State(name, "N m", -torque, torque, scale=_TORQUE * unit)
+        rates[k] = State(f"rate of {name}", "N m/s", -rate, rate, scale=_RATE * unit / T)
+        bends[k] = Control(
+            f"slope of the rate of {name}",
             "N m/s^2",
-            scale=bend_scale * unit / duration**2,
+            scale=_BEND * unit / T**2,
             piecewise="constant",
-        ),
-    )
+        )
+    return Drives(torques, rates, bends)
 
 
 def _with_margin(cap: float | None) -> float:

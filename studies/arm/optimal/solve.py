@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 
 import numpy as np
 
@@ -21,8 +20,6 @@ from studies.arm.optimal.study_solver import StudySolver
 from studies.arm.search_limits import (
     ATTEMPTS,
     INTERVALS,
-    LENGTHENED,
-    LONGER_DURATIONS,
 )
 from studies.arm.stage import ELBOW, ROOT, Stage, TorqueCaps
 from studies.common.exit_codes import ExitCode, StudyError
@@ -64,8 +61,8 @@ def solve_stage(
     guess: Trajectory | None = None
     if objective == "time":
         # least time starts from a motion that is possible and only shortens it
-        guess = in_enough_time(stage, caps, intervals, solver)
-        stage = stage.lasting(guess.phases[0].end)
+        stage = stage.lasting(first_duration(stage, caps))
+        guess = solve_stage(stage, caps=caps, intervals=intervals, solver=solver).trajectory
     else:
         check_bending(stage)
         check_caps(stage, caps)
@@ -181,28 +178,6 @@ def in_words(failure: OcpError | None) -> str:
     return str(failure)
 
 
-def in_enough_time(
-    stage: Stage, caps: TorqueCaps, intervals: int, solver: StudySolver | None = None
-) -> Trajectory:
-    """The smoothest motion under the caps in a duration that is long enough: least time's start.
-
-    Raises
-    ------
-    StudyError
-        If none is found in the longest duration tried.
-    """
-
-    def smoothest(longer: Stage) -> Trajectory:
-        return solve_stage(longer, caps=caps, intervals=intervals, solver=solver).trajectory
-
-    longer = stage.lasting(first_duration(stage, caps))
-    for _ in range(LONGER_DURATIONS):
-        with suppress(StudyError):
-            return smoothest(longer)
-        longer = longer.lasting(LENGTHENED * longer.duration)
-    return smoothest(longer)
-
-
 def check_bending(stage: Stage) -> None:
     """Refuse a motion that bends the links beyond what small rotations describe.
 
@@ -265,8 +240,6 @@ def check_caps(stage: Stage, caps: TorqueCaps) -> None:
     cap, rate = caps.torque[k], caps.rate[k]
 
     # full torque one way and then the other is the fastest that a rigid arm can do
-    if cap is not None and cap <= 0:
-        raise StudyError(f"the torque cap is {cap:g} N m; give a positive one")
     if cap is not None and stage.duration <= stage.least_duration(cap):
         raise StudyError(
             f"the stage '{stage.name}' lasts {stage.duration:g} s, but under {cap:g} N m even a "

@@ -84,16 +84,13 @@ def turning(stage: Stage) -> float:
 
 
 def sequence(total: float, dwell: float, arm: ArmParameters | None = None) -> Sequence:
-    """Big and small arm in a total time, split as the rigid bound has it.
+    """Big and small arm in a total time [s], split as the rigid bound has it.
 
     Raises
     ------
     StudyError
-        If a time is not positive.
+        If the dwell is too long.
     """
-    for name, value in (("total time", total), ("dwell", dwell)):
-        if not (np.isfinite(value) and value > 0):
-            raise StudyError(f"the {name} is {value:g} s; give a positive finite time")
     if dwell > LONGEST_DWELL:
         raise StudyError(f"the dwell is {dwell:g} s; give up to {LONGEST_DWELL:g} s")
     first, second = big_arm(arm=arm), small_arm(arm=arm)
