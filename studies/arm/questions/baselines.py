@@ -8,12 +8,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-import numpy as np
-
 from models.ancf.analysis import LockedRun
 from models.ancf.joints import Joint
 from models.errors import ModelError
-from ocp.arrays import Array
 from studies.arm.config import BaselinesStudy, as_dictionary
 from studies.arm.laws.rigid import angle_drives, torque_drives
 from studies.arm.laws.shapers import baseline_law, baseline_names, shaper_note
@@ -30,6 +27,7 @@ from studies.arm.replay.full_model import (
     Drive,
     LockedMotion,
     Motion,
+    after_lock,
     followed,
     replay,
 )
@@ -49,6 +47,7 @@ from studies.common.stops import kept_anyway
 
 OPTIMUM = "optimum"
 SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
+_FOLLOWED = 251  # instants after the lock that the figures show
 _SLACK = 0.998  # of a cap, for peaks between the points and a reaction that is not B21's torque
 _ALIKE = 0.97  # of a cap, above which a motion under a tighter one also serves the looser one
 
@@ -120,7 +119,7 @@ def replay_law(stage: Stage, law: NamedLaw, drive: Drive, *, follow: bool = True
     the longest fixed step that converges: with steps of any length their fast modes take minutes.
     """
     motion = motion_along(stage, law, drive)
-    after = after_lock(stage) if follow else None
+    after = after_lock(stage, _FOLLOWED) if follow else None
 
     if law.jumps:
         tries = [dataclasses.replace(JUMPS, fixed_step=step) for step in JUMP_STEPS]
@@ -132,23 +131,11 @@ def replay_law(stage: Stage, law: NamedLaw, drive: Drive, *, follow: bool = True
     return replay(motion, settings=QUICK, after=after)
 
 
-def after_lock(stage: Stage) -> Array:
-    """Instants after the lock that the figures show, a quarter of the stage [s]."""
-    return np.linspace(stage.duration, 1.25 * stage.duration, 251)
-
-
-def compare(
-    stage: Stage,
-    drive: Drive,
-    limit: float | None,
-    solver: StudySolver,
-    *,
-    follow: bool = False,
-) -> list[Pair]:
+def compare(stage: Stage, drive: Drive, limit: float | None, solver: StudySolver) -> list[Pair]:
     """Every baseline with an optimum of no higher peak torque, looser caps first.
 
-    A tighter motion also serves a looser cap. `follow` also computes what the baselines leave.
-    Where the user stops it there are fewer pairs, but one at least.
+    A tighter motion also serves a looser cap. Where the user stops it there are fewer pairs, but
+    one at least.
     """
     replays = []
     for name in baseline_names(drive):
@@ -156,7 +143,7 @@ def compare(
         law = baseline_law(stage, name, drive)
 
         def replayed(law: NamedLaw = law) -> LockedRun:
-            return replay_law(stage, law, drive, follow=follow).fixed
+            return replay_law(stage, law, drive).fixed
 
         run = solver.kept.step(law.name, replayed, say=solver.say)
         replays.append(LockedMotion(motion_along(stage, law, drive), run))
@@ -211,21 +198,17 @@ def compare_baselines(
     study: BaselinesStudy,
     console: Console,
     kept: FinishedSteps = NOTHING_KEPT,
-    follow: bool = True,
 ) -> Result:
-    """An optimum of no higher peak torque beside each baseline.
-
-    `follow` also computes what the baselines leave after the lock, which only figures show.
-    """
+    """An optimum of no higher peak torque beside each baseline."""
     stage = study.slew
     limit = None if is_slow(stage) else SHARES[stage.name]
     solver = StudySolver(console.progress, console.live, kept)
-    pairs = compare(stage, study.drive, limit, solver, follow=follow)
+    pairs = compare(stage, study.drive, limit, solver)
     stopped = len(pairs) < len(baseline_names(study.drive))
 
     def result(whole: bool) -> Result:
-        profiles = _profiles(pairs, console.live, kept) if follow and whole else {}
-        arrays = _arrays(pairs, profiles) if follow and whole else {}
+        profiles = _profiles(pairs, console.live, kept) if whole else {}
+        arrays = _arrays(pairs, profiles) if whole else {}
         return _result(study, pairs, profiles, arrays)
 
     return kept_anyway(result, stopped)
@@ -392,7 +375,7 @@ def _arrays(pairs: Sequence[Pair], profiles: Mapping[str, SampledProfile]) -> di
     arrays, last = profiles_series(profiles), pairs[-1]
     if last.optimum is not None:
         stage = last.baseline.motion.stage
-        arrays |= Trace.of(followed(last.optimum, after_lock(stage)), OPTIMUM).series()
+        arrays |= Trace.of(followed(last.optimum, after_lock(stage, _FOLLOWED)), OPTIMUM).series()
     for pair in pairs:
         arrays |= Trace.of(pair.baseline).series()
     return arrays

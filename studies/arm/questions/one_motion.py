@@ -28,6 +28,7 @@ from studies.arm.replay.full_model import (
     MODES,
     Drive,
     LockedMotion,
+    after_lock,
     followed,
     steps_for,
 )
@@ -66,7 +67,6 @@ OPTIMUM = "optimum"
 LAWS = ("Step5", "Bezier")
 """The paper's own laws, beside which the optimum's costs are seen."""
 FINER = 3  # halves of the elements of a link, on which the residual is found again
-_AFTER = 401  # instants of the quarter of a stage that is followed after the lock
 _DENSE = 1001  # instants at which a peak is looked for
 _LONG = 30.0  # seconds of the processor, from which on a motion says why it took them
 
@@ -223,7 +223,7 @@ def _followed_replay(study: ArmStudy, refined: Refined) -> LockedMotion:
             settings=steps_for(study.residual_energy, study.drive),
             modes=study.modes,
         )
-    return followed(replayed, np.linspace(stage.duration, 1.25 * stage.duration, _AFTER))
+    return followed(replayed, after_lock(stage))
 
 
 def _refined(study: ArmStudy, solver: StudySolver) -> Refined:

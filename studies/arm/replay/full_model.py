@@ -208,6 +208,11 @@ def in_turn(
     return tuple(found)
 
 
+def after_lock(stage: Stage, instants: int = 401) -> Array:
+    """Instants after the lock that are followed, a quarter of the stage [s]."""
+    return np.linspace(stage.duration, 1.25 * stage.duration, instants)
+
+
 def followed(replayed: LockedMotion, after: Array) -> LockedMotion:
     """The same replay, followed beyond its lock at instants (m,) from the lock on [s]."""
     run = replayed.fixed

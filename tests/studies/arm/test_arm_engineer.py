@@ -230,6 +230,12 @@ def test_a_law_that_jumps_takes_the_longest_fixed_step_that_converges(monkeypatc
     assert tried == [0.004, 0.002, 0.001]
 
 
+def leave_series_out(monkeypatch):
+    """Neither profiles nor traces, whose replays take long."""
+    for name in ("_arrays", "_profiles"):
+        monkeypatch.setattr(f"studies.arm.questions.baselines.{name}", lambda *_: {})
+
+
 def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, capsys, tmp_path):
     # the laws' solves are left out: one replay stands for baseline and optimum
     done, _ = big
@@ -242,8 +248,7 @@ def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, cap
     pairs = [Pair(done, refined, 1.0)]
     monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
     monkeypatch.setattr("studies.arm.questions.baselines.baseline_names", lambda _: ["quintic"])
-    monkeypatch.setattr("studies.arm.questions.baselines._arrays", lambda *_: {})
-    monkeypatch.setattr("studies.arm.questions.baselines._profiles", lambda *_: {})
+    leave_series_out(monkeypatch)
     asked = ["arm", "baselines", "--no-figures", "--results"]
     wide, tight = (["--latch", str(share * done.miss)] for share in (1.1, 0.9))
     assert main([*asked, str(tmp_path / "wide"), *wide]) == ExitCode.OK
@@ -273,7 +278,8 @@ def test_an_optimum_is_judged_beside_its_own_law(big, monkeypatch, asked, share,
     pairs = [Pair(done, dataclasses.replace(refined, change=change), share)]
     monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
     monkeypatch.setattr("studies.arm.questions.baselines.baseline_names", lambda _: ["quintic"])
-    verdict = compare_baselines(BaselinesStudy(), silent(), follow=False).verdict
+    leave_series_out(monkeypatch)
+    verdict = compare_baselines(BaselinesStudy(), silent()).verdict
     assert verdict.kind == kind
     if kind == "unverified":
         assert "beside quintic no optimum was found" in verdict.sentence
@@ -318,7 +324,8 @@ def test_at_a_slow_pace_an_optimum_has_a_floor_to_stay_under(big, monkeypatch):
     monkeypatch.setattr(f"{room}.baseline_names", lambda _: ["quintic"])
     monkeypatch.setattr(f"{room}.is_slow", lambda _: True)
     monkeypatch.setattr(f"{room}.numerical_floor", lambda _: "the floor")
-    found = compare_baselines(BaselinesStudy(), silent(), follow=False)
+    leave_series_out(monkeypatch)
+    found = compare_baselines(BaselinesStudy(), silent())
     (check,) = found.checks
     assert (check.unit, check.limit) == ("J", FLOOR)
     assert check.passed == (done.residual_energy <= FLOOR)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from studies.arm.laws.unit_laws import unit_law
 from studies.arm.questions.baselines import replay_law
-from studies.arm.questions.fronts.point import AXES, largest_deflection, largest_torque
+from studies.arm.questions.fronts.point import values_of
 from studies.arm.stage import Stage
 from studies.arm.trade_off import RESIDUAL_ENERGY
 from studies.common.console import Console
@@ -51,9 +51,7 @@ def laws_in(stage: Stage, durations: Sequence[float], console: Console) -> list[
         for name in LAWS:
             console.live(f"{name} in {duration:.4g} s")
             replayed = replay_law(at, unit_law(name, duration), "torque", follow=False)
-            energy, torque = replayed.residual_energy, largest_torque(replayed)
-            values = duration, energy, torque, largest_deflection(replayed)
-            found.append(TimedLaw(name, dict(zip(AXES, values, strict=True))))
+            found.append(TimedLaw(name, values_of(replayed, replayed.peak_torque)))
     return found
 
 

@@ -129,11 +129,13 @@ def most_left(stage: Stage) -> float:
     return OF_TURNING * 0.5 * float(stage.inertias[joint]) * rate**2
 
 
-def largest_torque(replayed: LockedMotion) -> float:
-    """Largest torque of the joint that turns, and not of the lock of the other [N m]."""
-    return float(replayed.peak_torque[replayed.motion.stage.moving[0]])
-
-
-def largest_deflection(replayed: LockedMotion) -> float:
-    """Largest deflection of either link [m]."""
-    return float(deflections(replayed).max())
+def values_of(replayed: LockedMotion, torque: Array) -> dict[str, float]:
+    """All quantities of `AXES` of a motion whose joints have largest torques (2,) [N m]."""
+    stage = replayed.motion.stage
+    return {
+        "time": stage.duration,
+        RESIDUAL_ENERGY: replayed.residual_energy,
+        # of the joint that turns: the lock bears that of the other one
+        "peak-torque": float(torque[stage.moving[0]]),
+        "deflection": float(deflections(replayed).max()),
+    }

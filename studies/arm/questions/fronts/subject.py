@@ -37,9 +37,9 @@ from studies.arm.questions.fronts.point import (
     AXES,
     ArmPoint,
     Demand,
-    largest_deflection,
     most_left,
     slopes_of,
+    values_of,
 )
 from studies.arm.search_limits import (
     ABOVE_REST,
@@ -262,12 +262,7 @@ class ArmFront:
     def _kept(self, found: PointMotion, limits: Mapping[str, float]) -> ArmPoint:
         """What is kept of a motion under limits."""
         motion, replayed = found.motion, found.replay
-        values = {
-            "time": motion.stage.duration,
-            RESIDUAL_ENERGY: replayed.residual_energy,
-            # a torque that leaks between the points of its mesh is a point with a little more of it
-            "peak-torque": float(motion.peak_torque.max()),
-            "deflection": largest_deflection(replayed),
-        }
+        # a torque that leaks between the points of its mesh is a point with a little more of it
+        values = values_of(replayed, motion.peak_torque)
         slopes = slopes_of(motion, limits, found.asked)
         return ArmPoint(motion, replayed, found.aim, values, slopes)

@@ -38,6 +38,7 @@ from studies.arm.replay.full_model import (
     ELEMENTS,
     LockedMotion,
     Motion,
+    after_lock,
     followed,
     in_turn,
     steps_for,
@@ -66,7 +67,6 @@ Law = tuple[Motion, ...]
 PAPER = (86.0, 112.0)  # [s]
 FINER = 3  # halves of the elements of a link, on which the residuals are found again
 _PACE = 1.1  # of the rigid bound, at which the guess under a cap moves
-_AFTER = 401  # instants of the quarter of the small arm's time that is followed after its lock
 
 
 def find_sequence(
@@ -105,8 +105,7 @@ def find_sequence(
 
     # what goes on swinging after the last lock
     big, small = found.replays
-    small_time = small.motion.stage.duration
-    replays = big, followed(small, np.linspace(small_time, 1.25 * small_time, _AFTER))
+    replays = big, followed(small, after_lock(small.motion.stage))
 
     moved = Sequence(motion.stages[0], motion.stages[1], dwell)
     beside, left_out = _beside(study, found, solve)
