@@ -16,6 +16,7 @@ import pytest
 from models.arm.parameters import ArmParameters
 from models.ring_on_arm import RingOnArm
 from models.truss import DYNAMIC_SET
+from models.turn import TurnParameters, stowed_ring_inertia, torsion_stiffness
 from ocp import Interrupted
 from studies.arm.stage import big_arm
 from studies.cli import main
@@ -41,6 +42,7 @@ from studies.mission.stages import (
 from studies.mission.vibration import arm_response
 from studies.report import words
 from studies.truss.motions.laws import paper_laws
+from tests.models.turn.test_turn import least_peak_by_program
 
 
 def curves(*laws: tuple[float, float, float]) -> list[StageCurve]:
@@ -266,6 +268,27 @@ def test_a_cap_on_the_momentum_shapes_the_motion_of_an_arm() -> None:
     assert torque.share == pytest.approx(momentum.share, rel=0.01)
     assert part < torque.share < 1.07 * part  # a flexible arm cannot step its torque
     assert np.abs(plain.history["momentum"]).max() > 1.25 * momentum.value
+
+
+@pytest.mark.slow
+def test_the_wheels_shape_the_turn_of_a_mission_as_a_linear_program_says() -> None:
+    study = MissionStudy(wheel_torque=4.5, wheel_momentum=3.0)
+    turned = move(study, TURN, 3.0, Console())
+    # stage 2 from the physics: a quarter turn by a drive of at most 2 rad/s^2
+    stage = TurnParameters(
+        stowed_ring_inertia(study.truss, study.arm.tip_mass),
+        torsion_stiffness(study.arm.parameters),
+    )
+    weight = 4.5 / 3.0
+    by_program = least_peak_by_program(stage, math.pi / 2, 3.0, 2.0, 600, weight) / 4.5
+    drive, _, _, torque, momentum = turned.uses
+    assert momentum.share == pytest.approx(by_program, rel=1e-4)
+    assert torque.share == pytest.approx(by_program, rel=1e-4)
+    assert drive.value == pytest.approx(torque.value, rel=1e-12)
+    assert turned.passed
+    plain = move(MissionStudy(), TURN, 3.0, Console())
+    assert plain.uses[0].value < 0.8 * torque.value
+    assert np.abs(plain.history["momentum"]).max() > 1.2 * momentum.value
 
 
 def test_the_page_sets_no_stage_beside_the_mission_as_another_law(folder: Path) -> None:

@@ -63,9 +63,10 @@ def test_without_a_closed_form_a_linear_program_finds_the_same() -> None:
 def test_the_caps_of_the_wheels_are_shared_as_a_linear_program_shares_them() -> None:
     study = TurnStudy(minimise="utilisation", duration=2.6, wheel_torque=4.0, wheel_momentum=3.5)
     found = run(study, silent())
-    by_program = least_peak_by_program(study.parameters, study.angle, 2.6, 2.0, 1200, 4.0 / 3.5)
-    assert found.value("utilisation") == pytest.approx(by_program / 4.0, rel=1e-3)
-    assert found.value("peak_momentum") / 3.5 == pytest.approx(by_program / 4.0, rel=1e-3)
+    by_program = least_peak_by_program(study.parameters, study.angle, 2.6, 2.0, 600, 4.0 / 3.5)
+    # steps of four milliseconds, and peaks between them, are good to 7e-5
+    assert found.value("utilisation") == pytest.approx(by_program / 4.0, rel=1e-4)
+    assert found.value("peak_momentum") / 3.5 == pytest.approx(by_program / 4.0, rel=1e-4)
     # of a momentum that is no more than the torque there is a closed form
     loose = run(dataclasses.replace(study, wheel_momentum=30.0), silent())
     known = least_torque_turn(study.parameters, study.angle, 2.6, 2.0)
