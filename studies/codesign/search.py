@@ -11,7 +11,7 @@ import functools
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -25,31 +25,30 @@ from ocp import (
     Problem,
     Settings,
     Solution,
-    Trial,
     Unknown,
-    audit,
+    solve,
 )
 from ocp.solution.storage import tabulated
 from studies.codesign.config import UNITS, CodesignStudy
 from studies.codesign.requirements import LEAST_RATIO, Requirement
-from studies.common.console import Console, number
+from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.finished import NOTHING_KEPT, FinishedSteps
+from studies.common.finished import NOTHING_KEPT, FinishedSteps, mark
 from studies.common.processes.side_by_side import allowed_processes, script_left_out
 from studies.common.result import Criterion
 from studies.common.second_solve import second_solve
 from studies.truss.config import TrussStudy
-from studies.truss.motions.starts import KINDS, starting_motion
+from studies.truss.motions.starts import KINDS, starting_laws, starting_motion
 from studies.truss.problem import Statement, state
 from studies.truss.quantities import OBJECTIVES
-from studies.truss.search.from_starts import Starts, Statements, from_starts
+from studies.truss.search.from_starts import Starts, Statements, from_starts, one_line
 from studies.truss.search.smoothness import first_price
 
 SAME = 1e-4  # relative: optima closer than this are one
 GAIN = 1e-3  # relative: what a second solve may find, as the force is flat near the best design
 ROUGH = 1e-5  # relative: to which starts are solved; well below what tells optima apart
 STATED = "stated design"
-ROUGHLY, EXACTLY = "rough", "exact"  # names of finished starts, solved to either accuracy
+ROUGHLY, EXACTLY = "rough", "to the last digits"  # names of finished steps
 MOST_DRAWS = 1000  # for designs whose link is longer than their crank
 
 
@@ -154,7 +153,7 @@ def _roughly(
                 dataclasses.replace(settings, accuracy=Accuracy(objective=ROUGH)),
                 kind=ROUGHLY,
                 kept=kept,
-                line=functools.partial(_line, study),
+                line=functools.partial(one_line, unit=OBJECTIVES[study.objective].unit),
                 console=console,
                 same=SAME,
                 processes=allowed_processes(),
@@ -187,20 +186,20 @@ def _to_the_last_digits(
     name, problem = best.starts[0], best.solution.problem
     console.progress(f"{name}: the best one to its last digits")
 
-    def finished(trial: Trial) -> None:
-        kept.keep(EXACTLY, trial)
-
+    within = dataclasses.replace(settings, seconds=min(seconds, settings.seconds or seconds))
     try:
-        finer = audit(
+        finer = kept.step(
+            EXACTLY,
+            lambda: solve(
+                problem,
+                settings=within,
+                guess=best.solution,
+                progress=console.live,
+                partial=False,
+            ),
             problem,
-            starts={name: best.solution},
-            settings=settings,
-            value=force,
-            processes=1,
-            seconds=seconds,
-            known=kept.known(EXACTLY, {name: lambda: problem}),
-            progress=console.live,
-            finished=finished,
+            console.progress,
+            begins_with=mark(best.solution),
         )
     except Interrupted:
         return dataclasses.replace(found, interrupted=True), False
@@ -208,19 +207,17 @@ def _to_the_last_digits(
         console.progress(f"{name}: as it was, {error}")
         return found, False
 
-    (trial,) = finer.trials
-    if trial.error is not None:
-        return dataclasses.replace(found, interrupted=finer.interrupted), False
-    better = dataclasses.replace(best, solution=trial.solved, value=trial.value)
+    value = force(problem, finer)
     trials = tuple(
-        dataclasses.replace(trial, seconds=rough.seconds + trial.seconds)
-        if rough.name == trial.name
-        else rough
-        for rough in found.trials
+        dataclasses.replace(
+            trial, solution=finer, value=value, seconds=trial.seconds + finer.seconds
+        )
+        if trial.name == name
+        else trial
+        for trial in found.trials
     )
-    return dataclasses.replace(
-        found, trials=trials, optima=(better, *found.optima[1:]), interrupted=finer.interrupted
-    ), True
+    better = dataclasses.replace(best, solution=finer, value=value)
+    return dataclasses.replace(found, trials=trials, optima=(better, *found.optima[1:])), True
 
 
 def _a_second_time(
@@ -258,22 +255,13 @@ def _unknowns(study: CodesignStudy, guess: Mapping[str, float]) -> dict[str, Unk
 def _statement(study: TrussStudy, law: str, truss: TrussParameters) -> Statement:
     weights = dict.fromkeys(OBJECTIVES, 1.0)
     price = first_price(study, 0, weights, with_forces=True)
-    start = starting_motion(law, study, _no_phase_plane)
+    start = starting_motion(law, study)
     return state(study, start, weights, with_forces=True, price=price, truss=truss)
-
-
-def _no_phase_plane() -> NoReturn:
-    raise StudyError("the phase plane is that of one design, and no start of a co-design")
 
 
 def _starts(study: CodesignStudy) -> list[tuple[str, str, dict[str, float]]]:
     """Name, law and parameters of each start: laws that creep and that swing take turns."""
-    laws = [law for law in study.deployment.solver.starts if law != "phase-plane"]
-    kinds = {KINDS[law]: law for law in reversed(laws)}
-    if not kinds:
-        raise StudyError(
-            "solver.starts has no law but phase-plane, which is that of one design; add bezier"
-        )
+    kinds = {KINDS[law]: law for law in reversed(starting_laws(study.deployment))}
     turns = list(kinds.values())
 
     truss, design = study.deployment.truss, study.design
@@ -307,16 +295,6 @@ def _settings(study: TrussStudy, starts: int) -> Settings:
         refinement=AdaptiveMesh(move_breakpoints=False),
         seconds=max(study.solver.seconds / starts, 60.0),
     )
-
-
-def _line(study: CodesignStudy, trial: Trial, earlier: bool) -> str:
-    """One line of progress for a start that is done, in this run or in an earlier one."""
-    when = f"{trial.seconds:.1f} s{', in an earlier run' if earlier else ''}"
-    unit = OBJECTIVES[study.objective].unit
-    if trial.solution is None:
-        return f"{trial.name}: failed, {trial.error}"
-    words = "" if trial.error is None else ", unverified"
-    return f"{trial.name}: {number(trial.value, 7)} {unit}{words}, {when}"
 
 
 def designed(study: TrussStudy, design: Mapping[str, float]) -> TrussStudy:

@@ -36,9 +36,10 @@ from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
-from studies.truss.motions.laws import deployment_of, law_of, paper_laws
+from studies.truss.motions.laws import deployment_of, law_of, paper_laws_of
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.best_law import best_law
+from studies.truss.search.from_starts import starts_told
 from studies.truss.search.proofs import check_some_optimum
 from studies.truss.study import series_of
 
@@ -141,7 +142,7 @@ def _answer(study: CodesignStudy, console: Console, kept: FinishedSteps) -> Resu
     deployment = study.deployment
     better = designed(deployment, found.design)
     law = law_of(better, found.statement, solution)
-    best = Deployment("optimal", law, better.truss, better.drive, better.margin)
+    best = deployment_of("optimal", law, better)
 
     def result(whole: bool) -> Result:
         if whole:
@@ -172,7 +173,7 @@ def _result(made: Codesign) -> Result:
     study, best = made.study, made.deployment
     better = designed(study.deployment, made.found.design)
     before = made.stated
-    laws = [best, before, *paper_laws(best.truss, best.law.duration, best.drive, best.margin)]
+    laws = [best, before, *paper_laws_of(better, best.law.duration)]
     table = (*_design_rows(made), *table_rows(better, laws, {}))
     audit, bars = made.found.audit, bars_of(best, study.deployment.caps)
 
@@ -201,10 +202,7 @@ def _result(made: Codesign) -> Result:
             "study": truss_dictionary(better),
             "design": dict(made.found.design),
             "prices": [dataclasses.asdict(price) for price in made.prices or ()],
-            "starts": [
-                {"start": t.name, "value": t.value, "seconds": t.seconds, "failure": t.reason}
-                for t in audit.trials
-            ],
+            "starts": starts_told(audit.trials),
             "how_to_read": how_to_read(best),
         },
         provenance=provenance(),

@@ -59,15 +59,6 @@ class SecondSolve:
     interrupted: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class _Second:
-    """The same, with a solution only where it is another one than the first."""
-
-    better: Solution | None
-    check: Criterion
-    interrupted: bool = False
-
-
 def second_solve(
     solution: Solution,
     settings: Settings,
@@ -96,15 +87,13 @@ def second_solve(
     """
     if left <= 0.0:
         return SecondSolve(solution, _criterion(name, "open: no seconds are left", math.nan, gain))
-    found = kept.step(
+    return kept.step(
         name,
         lambda: _asked(solution, settings, console, left, constants, gain, name),
         solution.problem,
         console.progress,
         begins_with=mark(solution),
     )
-    answer = solution if found.better is None else found.better
-    return SecondSolve(answer, found.check, found.interrupted)
 
 
 def _asked(
@@ -115,7 +104,7 @@ def _asked(
     constants: Mapping[Constant, float] | None,
     gain: float,
     name: str,
-) -> _Second:
+) -> SecondSolve:
     begin = clock.monotonic()
     console.progress(f"{name}, on another mesh and from beside the answer")
     seconds = min(max(solution.seconds, LEAST_SECONDS), left)
@@ -130,13 +119,13 @@ def _asked(
         better = _from(certificate.start, solution, within, constants, least, console)
     except (KeyboardInterrupt, Interrupted):
         stopped = _criterion(name, "stopped by the user", math.nan, gain)
-        return _Second(None, stopped, interrupted=True)
+        return SecondSolve(solution, stopped, interrupted=True)
 
-    found = _Second(None, _said(name, certificate, gain))
+    found = SecondSolve(solution, _said(name, certificate, gain))
     if better is not None:
         part = _gain(solution, better)
         words = f"it was better by {part:.1e} of the objective, and is the answer now"
-        found = _Second(better, _criterion(name, words, math.nan, gain))
+        found = SecondSolve(better, _criterion(name, words, math.nan, gain))
     console.progress(f"{found.check.sentence}, {clock.monotonic() - begin:.1f} s")
     return found
 

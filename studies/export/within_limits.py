@@ -126,7 +126,7 @@ def law_within(
         If none was found.
     """
     from studies.truss.motions.laws import law_of, study_of
-    from studies.truss.motions.starts import bezier_start
+    from studies.truss.motions.starts import starting_motion
     from studies.truss.problem import needs_forces, settings_of, state
     from studies.truss.search.proofs import check_some_optimum
 
@@ -141,7 +141,7 @@ def law_within(
     single = all(len(stage) == 1 for stage in study.minimise)
     weights = dict.fromkeys(references, 1.0) if single else references
 
-    start, forces = bezier_start(study), needs_forces(study)
+    start, forces = starting_motion("bezier", study), needs_forces(study)
     statement = state(study, start, weights, forces, reserve=reserve)
     settings = dataclasses.replace(settings_of(study, forces), iterations=ITERATIONS)
     try:

@@ -45,7 +45,7 @@ from studies.truss.expressions import Instant
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
-from studies.truss.motions.starts import StartingMotion, bezier_start, from_neighbour
+from studies.truss.motions.starts import StartingMotion, from_neighbour, starting_motion
 from studies.truss.problem import ROUGHLY_WITH_ARM, settings_of, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.smoothness import first_price
@@ -382,7 +382,7 @@ def move_ring(
         If there is none.
     """
     truss = _ring_study(study, duration)
-    start = bezier_start(truss) if before is None else from_neighbour(before, truss)
+    start = starting_motion("bezier", truss) if before is None else from_neighbour(before, truss)
     # a mission has no budget of time, so that its answer is the same on a slower machine
     settings = dataclasses.replace(settings_of(truss, True, ROUGHLY_WITH_ARM), seconds=None)
     return _ring_motion(study, truss, start, settings, console)
@@ -395,7 +395,7 @@ def move_ring_alone(study: MissionStudy, duration: float, console: Console) -> S
     """
     truss = dataclasses.replace(_ring_study(study, duration), arm=None, caps=Caps(jerk=study.jerk))
     settings = Settings(intervals=20, refinement=AdaptiveMesh(move_breakpoints=False))
-    return _ring_motion(study, truss, bezier_start(truss), settings, console)
+    return _ring_motion(study, truss, starting_motion("bezier", truss), settings, console)
 
 
 def _ring_study(study: MissionStudy, duration: float) -> TrussStudy:

@@ -42,11 +42,12 @@ from studies.mission.stages import (
     rigid_duration,
 )
 from studies.mission.vibration import ArmResponse, arm_response
-from studies.truss.bars import BarParts, bars_of
+from studies.truss.bars import bars_of
 from studies.truss.config import DEPLOYED
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import paper_laws
+from studies.truss.parts import Parts
 
 UNFELT = 5e-3  # [%] of what a stage uses, which a per cent more time saves: nothing that one feels
 WITHOUT = "optimum without arm"  # name of the best law that leaves the arm out
@@ -81,7 +82,7 @@ class Mission:
     responses: Mapping[str, ArmResponse]
     particle: Mapping[str, float]
     alone: StageMotion | None
-    bars: BarParts
+    bars: Parts
     stopped: bool = False
 
     @property
@@ -248,7 +249,7 @@ def _mission(
     begun = [curve for curve in curves if curve.name in names]
     ring = motions[-1].deployment
     if ring is None:
-        return Mission(study, begun, motions, {}, {}, None, BarParts((), ()), stopped)
+        return Mission(study, begun, motions, {}, {}, None, Parts(), stopped)
 
     alone = None
     if not stopped:

@@ -49,7 +49,7 @@ def _draw_bands(panel: Axes, result: Result) -> None:
     panel.axhline(
         result.details["motor_force"], color="0.3", ls="--", lw=1, label="required motor force"
     )
-    floor = study_from(result.configuration).deployment.caps.least_tension or 0.0
+    floor = study_from(result.configuration).deployment.caps.least_tension
     panel.axhline(floor, color="0.3", ls=":", lw=1, label="least tension asked")
     label_axes(panel, "time [s]", "force of the motor on one rope [N]")
     panel.set_title("rope force of the trusses that were drawn", fontsize=10)

@@ -70,7 +70,7 @@ def with_corners(study: RobustTrussStudy, deployment: Deployment) -> RobustTruss
     if largest.value > allowed:
         new.append(largest.truss)
     alone = replay(deployment, np.array([study.values_of(least.truss)]))
-    if alone.least[0] < (caps.least_tension or 0.0) - TENSION * alone.peak[0]:
+    if alone.least[0] < caps.least_tension - TENSION * alone.peak[0]:
         new.append(least.truss)
     corners = dict(study.corners)
     for truss in new:

@@ -10,7 +10,6 @@ import dataclasses
 import functools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NoReturn
 
 import numpy as np
 
@@ -23,16 +22,15 @@ from ocp import (
     Relaxed,
     Settings,
     Solution,
-    Trial,
     relaxed,
 )
 from studies.common.code_version import hashed
-from studies.common.console import Console, number, silent
+from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import NOTHING_KEPT, FinishedSteps
 from studies.common.result import Criterion
 from studies.common.second_solve import second_solve
-from studies.robust.config import NOMINAL, RobustTrussStudy
+from studies.robust.config import RobustTrussStudy
 from studies.robust.kernel import pull_of
 from studies.robust.ranges import with_corners
 from studies.robust.replay import replay
@@ -40,10 +38,10 @@ from studies.truss.config import TrussStudy
 from studies.truss.limits.tolerances import CAPS
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of, pinned_bezier
-from studies.truss.motions.starts import starting_motion
+from studies.truss.motions.starts import starting_laws, starting_motion
 from studies.truss.problem import ROPE_FORCE, Statement, bound_names, settings_of, state
 from studies.truss.quantities import QUANTITIES
-from studies.truss.search.from_starts import Statements, from_starts
+from studies.truss.search.from_starts import Statements, from_starts, one_line
 from studies.truss.search.proofs import PhasePlanes, check_some_optimum, proven_bounds
 from studies.truss.search.relaxation import RELAXED
 from studies.truss.search.smoothness import first_price
@@ -170,7 +168,7 @@ def search(
 
 def _a_second_time(found: RobustLaw, console: Console, kept: FinishedSteps) -> RobustLaw:
     """The law that a second solve leaves, with what it says of it."""
-    settings = _settings(found.study.deployment, len(_starts(found.study)))
+    settings = _settings(found.study.deployment, len(starting_laws(found.study.deployment)))
     second = second_solve(found.solution, settings, console, kept=kept)
     return dataclasses.replace(
         found,
@@ -232,7 +230,7 @@ def who_gives_way(study: RobustTrussStudy, console: Console) -> str:
         for title in titles
         for bound, scenario in zip(bound_names(title, len(names)), names, strict=True)
     }
-    for start in _starts(study):
+    for start in starting_laws(study.deployment):
         problem = _statement(study, names, start).problem()
         try:
             found = relaxed(problem, only=list(owners), settings=RELAXED, progress=console.live)
@@ -281,7 +279,7 @@ def _from_all_starts(
         statement = _statement(study, scenarios, start)
         return statements.noted(statement.problem(), statement)
 
-    laws = _starts(study)
+    laws = starting_laws(deployment)
     starts = {law: functools.partial(stated, law) for law in laws}
     found = from_starts(
         starts,
@@ -290,7 +288,7 @@ def _from_all_starts(
         # corners that were found are scenarios, too: each set of them is a problem of its own
         kind=hashed([study.scenarios[name] for name in scenarios])[:12],
         kept=kept,
-        line=_line,
+        line=functools.partial(one_line, unit="N", title="worst force "),
         console=console,
         same=SAME,
         processes=1,
@@ -301,21 +299,6 @@ def _from_all_starts(
         raise NoLawError("; ".join(best.verification.reasons))
     statement = statements.of[best.problem]
     return RobustLaw(found, best, law_of(deployment, statement, best), study, statement)
-
-
-def _line(trial: Trial, earlier: bool) -> str:
-    """One line of progress for a start that is done, in this run or in an earlier one."""
-    if trial.solution is None:
-        return f"{trial.name}: failed, {trial.error}"
-    when = f"{trial.seconds:.1f} s{', in an earlier run' if earlier else ''}"
-    return f"{trial.name}: worst force {number(trial.value, 7)} N, {when}"
-
-
-def _starts(study: RobustTrussStudy) -> list[str]:
-    laws = [law for law in study.deployment.solver.starts if law != "phase-plane"]
-    if not laws:
-        raise StudyError("solver.starts has no law but phase-plane, that of one truss; add bezier")
-    return laws
 
 
 def _settings(study: TrussStudy, starts: int) -> Settings:
@@ -331,9 +314,5 @@ def _statement(study: RobustTrussStudy, scenarios: Sequence[str], start: str) ->
     stated: Mapping[str, Mapping[str, float]] = study.scenarios
     pull = pull_of(deployment.truss, [study.values_of(stated[name]) for name in scenarios])
     price = first_price(deployment, 0, WEIGHTS, with_forces=True)
-    guess = starting_motion(start, deployment, _no_phase_plane)
+    guess = starting_motion(start, deployment)
     return state(deployment, guess, WEIGHTS, with_forces=True, price=price, pull=pull)
-
-
-def _no_phase_plane() -> NoReturn:
-    raise StudyError(f"the phase plane is that of the {NOMINAL} truss alone, and no start here")

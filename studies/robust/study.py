@@ -32,8 +32,9 @@ from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.tolerances import CAPS, TENSION
 from studies.truss.motions.deployment import Deployment, how_to_read
-from studies.truss.motions.laws import paper_laws
+from studies.truss.motions.laws import paper_laws_of
 from studies.truss.search.best_law import best_law
+from studies.truss.search.from_starts import starts_told
 from studies.truss.search.verdict import BOUND_MET
 from studies.truss.study import series_of
 
@@ -159,9 +160,7 @@ def _result(found: _Found) -> Result:
     bound = max(found.bounds.values())
 
     # the worst force stands first; the rows of any truss say what the law does to the nominal one
-    opening = study.deployment.opening
-    of_it = (robust.truss, robust.law.duration, None, robust.margin, None, opening)
-    others = () if opening.rate else paper_laws(*of_it)
+    others = paper_laws_of(study.deployment, robust.law.duration)
     rows = [
         replace(row, minimised=False)
         for row in table_rows(study.deployment, [*found.laws, *others], {})
@@ -189,7 +188,7 @@ def _result(found: _Found) -> Result:
         verdict=_verdict(found, bound),
         checks=(
             *criteria(study.deployment, robust),
-            *_scenario_checks(found),
+            *_limit_checks(found),
             engine_criterion(found.robust.solution),
             *found.robust.second,
         ),
@@ -224,10 +223,7 @@ def _details(found: _Found) -> dict[str, Any]:
             law: {word: asdict(one) for word, one in rates.items()}
             for law, rates in _rates(found).items()
         },
-        "starts": [
-            {"start": t.name, "value": t.value, "seconds": t.seconds, "failure": t.reason}
-            for t in found.robust.audit.trials
-        ],
+        "starts": starts_told(found.robust.audit.trials),
         "how_to_read": how_to_read(found.laws[0]),
     }
 
@@ -266,31 +262,25 @@ def _scenario_rows(found: _Found) -> list[TableRow]:
     return rows
 
 
-def _scenario_checks(found: _Found) -> list[Criterion]:
-    """The limits in each scenario, within the tolerances of any motion of the truss."""
+def _limit_checks(found: _Found) -> list[Criterion]:
+    """The limits in each scenario, and on the worst truss in the ranges.
+
+    They hold within the tolerances of any motion of the truss.
+    """
     caps, replayed = found.study.deployment.caps, found.scenarios[ROBUST]
+    rows = zip(found.study.scenarios, replayed.peak.tolist(), replayed.least.tolist(), strict=True)
+    places = [(f", {name}", peak, least) for name, peak, least in rows]
+    if ROBUST in found.ranges:
+        largest, lowest = found.ranges[ROBUST]
+        places.append((" in the ranges", largest.value, lowest.value))
+
     checks = []
-    for name, peak, least in zip(found.study.scenarios, replayed.peak, replayed.least, strict=True):
-        asked = caps.least_tension or 0.0
-        passed = bool(least >= asked - TENSION * peak)
-        checks.append(Criterion(f"least tension, {name}", "N", float(least), asked, passed))
+    for where, peak, least in places:
+        taut, asked = least >= caps.least_tension - TENSION * peak, caps.least_tension
+        checks.append(Criterion(f"least tension{where}", "N", least, asked, taut))
         if caps.force is not None:
-            within = bool(peak <= caps.force * (1 + CAPS))
-            checks.append(Criterion(f"rope force, {name}", "N", float(peak), caps.force, within))
-    return [*checks, *_range_checks(found)]
-
-
-def _range_checks(found: _Found) -> list[Criterion]:
-    """The limits on every truss in the ranges: on the worst of them."""
-    if ROBUST not in found.ranges:
-        return []
-    caps, (largest, least) = found.study.deployment.caps, found.ranges[ROBUST]
-    asked = caps.least_tension or 0.0
-    taut = bool(least.value >= asked - TENSION * largest.value)
-    checks = [Criterion("least tension in the ranges", "N", least.value, asked, taut)]
-    if caps.force is not None:
-        within = bool(largest.value <= caps.force * (1 + CAPS))
-        checks.append(Criterion("rope force in the ranges", "N", largest.value, caps.force, within))
+            within = peak <= caps.force * (1 + CAPS)
+            checks.append(Criterion(f"rope force{where}", "N", peak, caps.force, within))
     return checks
 
 
@@ -325,12 +315,11 @@ def _motors(found: _Found) -> dict[str, tuple[str, float]]:
 def _rates(found: _Found) -> dict[str, dict[str, Rate]]:
     """How often each law breaks each limit on the draws."""
     caps, level = found.study.deployment.caps, found.study.uncertainty.confidence
-    asked = caps.least_tension or 0.0
     rates = {}
     for name, (law, motor) in _motors(found).items():
         replayed = found.draws[law]
         over = replayed.peak > motor * (1 + CAPS)
-        slack = replayed.least < asked - TENSION * replayed.peak
+        slack = replayed.least < caps.least_tension - TENSION * replayed.peak
         rates[name] = {
             word: rate(int(broken.sum()), broken.size, level)
             for word, broken in (("force", over), ("tension", slack), ("any", over | slack))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from models.truss import KINDS, RingForces, TrussParameters, play_angle, ring_forces
 from ocp.arrays import Array
-from studies.common.result import Criterion, at_most
+from studies.common.result import at_most
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment
+from studies.truss.parts import Parts
 
 ROWS = 1201  # even instants; what a force exceeds between them is of second order
 PLAY = 5e-5  # [m] of a slider along its bar, an assumption
@@ -19,22 +20,8 @@ NOTHING = 1e-6  # of the largest force in a link: less is no push or pull
 BUCKLING = "peak-buckling-load"
 
 
-@dataclass(frozen=True, eq=False)
-class BarParts:
-    """Parts of a result.
-
-    Attributes
-    ----------
-    checks : limits on buckling and, where it is stated, on reversal.
-    sentences : what self-stress may change, and which links cross their play.
-    """
-
-    checks: tuple[Criterion, ...]
-    sentences: tuple[str, ...]
-
-
-def bars_of(deployment: Deployment, caps: Caps) -> BarParts:
-    """The parts that the forces in the bars of a deployment are."""
+def bars_of(deployment: Deployment, caps: Caps) -> Parts:
+    """Limits on buckling and reversal, what self-stress may change, and the play of links."""
     time = np.union1d(np.linspace(0.0, deployment.law.duration, ROWS), deployment.edges)
     angle, forces = forces_of(deployment, time)
 
@@ -52,7 +39,7 @@ def bars_of(deployment: Deployment, caps: Caps) -> BarParts:
         f"The links bend the cross-bars at their cranks by up to {moment:.3g} N m.",
         *_play(deployment.truss, angle, forces),
     )
-    return BarParts(tuple(checks), sentences)
+    return Parts(tuple(checks), sentences)
 
 
 def forces_of(deployment: Deployment, time: Array) -> tuple[Array, RingForces]:

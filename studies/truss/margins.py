@@ -5,41 +5,20 @@ The columns are those of the profile's rows. The least margins are looked for be
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
-
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.result import Criterion, Series
 from studies.margin.travel import KINDS, Travel, criteria, records, sentences, series
 from studies.truss.motions.deployment import Deployment, travel_at, travel_of
+from studies.truss.parts import Parts
 
 # Instants with the least margins, about each of which as many more are put, and how often. What is
 # missed then is of second order in their distance, which is 1e-3 of that of the rows.
 LEAST, FINER, ZOOMS = 5, 65, 2
 
 
-@dataclass(frozen=True, eq=False)
-class MarginParts:
-    """Parts of a result; all are empty where no margins are asked for.
-
-    Attributes
-    ----------
-    arrays : columns beside the profile, along its own rows.
-    checks, sentences : what has to be met, and what governs.
-    details : tables of the least margins, and of every number with its source.
-    """
-
-    arrays: Mapping[str, Series] = field(default_factory=dict)
-    checks: tuple[Criterion, ...] = ()
-    sentences: tuple[str, ...] = ()
-    details: Mapping[str, Any] = field(default_factory=dict)
-
-
-def margins_of(deployment: Deployment) -> MarginParts:
-    """The parts that the margins of a deployment are.
+def margins_of(deployment: Deployment) -> Parts:
+    """What has to be met, what governs, and every number with its source; nothing without margins.
 
     Raises
     ------
@@ -48,9 +27,9 @@ def margins_of(deployment: Deployment) -> MarginParts:
     """
     travel = travel_of(deployment)
     if travel is None:
-        return MarginParts()
+        return Parts()
     close = between_rows(deployment, travel)
-    return MarginParts(
+    return Parts(
         arrays=series(travel),
         checks=tuple(criteria(close)),
         sentences=tuple(sentences(close)),

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -22,32 +19,17 @@ from models.truss import (
 from studies.common.result import Criterion, at_most
 from studies.drive.schema import Drive
 from studies.truss.motions.deployment import Deployment
+from studies.truss.parts import Parts
 
 OPEN = math.pi / 2 + 1e-6  # [rad]: beyond it the truss is taken to pass 90 deg
 SHOWN = (45.0, 80.0)  # [deg] beside the motion's ends, of the mode's frequency
 
 
-@dataclass(frozen=True, eq=False)
-class RopeParts:
-    """Parts of a result; all are empty where the rope is rigid.
-
-    Attributes
-    ----------
-    checks : limits of the drive on all that is hauled in, where the stretch is planned.
-    sentences : what is found, and what the model does not cover of it.
-    details : the same as numbers.
-    """
-
-    checks: tuple[Criterion, ...] = ()
-    sentences: tuple[str, ...] = ()
-    details: Mapping[str, Any] = field(default_factory=dict)
-
-
-def rope_of(deployment: Deployment) -> RopeParts:
-    """The parts that the ropes of a deployment are."""
+def rope_of(deployment: Deployment) -> Parts:
+    """Stability and mode of the ropes of a deployment, its swing on them, the drive's limits."""
     drive, truss = deployment.drive, deployment.truss
     if drive is None or drive.rope_stiffness is None:
-        return RopeParts()
+        return Parts()
     stiffness, yields = drive.rope_stiffness, drive.rope_yields
     ends = deployment.opening or whole_opening(truss)
     least = least_rope_stiffness(truss, yields, ends)
@@ -77,7 +59,7 @@ def rope_of(deployment: Deployment) -> RopeParts:
         f"{frequency:.4g} Hz at {angle:.4g} deg"
         for angle, frequency in zip(angles, frequencies, strict=True)
     )
-    return RopeParts(
+    return Parts(
         checks=checks,
         sentences=(
             _stability(stiffness, yields, least),

@@ -33,6 +33,7 @@ from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, p
 from studies.truss.motions.laws import knots, law_of_result, paper_laws_of
 from studies.truss.rope import rope_of
 from studies.truss.search.best_motion import BestMotion
+from studies.truss.search.from_starts import starts_told
 from studies.truss.search.motion_search import best_motion
 from studies.truss.search.proofs import PhasePlanes, check_some_optimum
 from studies.truss.search.question import Question
@@ -198,16 +199,6 @@ def _details(best: BestMotion) -> dict[str, Any]:
         for name, epigraph, dense in verification.peaks
     }
 
-    starts = [
-        {
-            "start": trial.name,
-            "value": trial.value,
-            "seconds": trial.seconds,
-            "failure": None if trial.error is None else str(trial.error),
-        }
-        for trial in best.trials
-    ]
-
     return {
         "accuracy": {
             "solver_objective": verification.objective,
@@ -225,6 +216,6 @@ def _details(best: BestMotion) -> dict[str, Any]:
             "rounds": [dataclasses.asdict(entry) for entry in solution.mesh_iterations],
         },
         "how_to_read": how_to_read(best.deployment),
-        "starts": starts,
+        "starts": starts_told(best.trials),
         "basins": [dataclasses.asdict(basin) for basin in best.basins],
     }

@@ -48,6 +48,8 @@ AT_REST = 1e-9  # [rad/s]; a motion as slow as this does not get through
 MOST_EVALUATIONS = 30_000  # of a piece, explicitly; one that crawls takes more
 MOST_OF_A_CRAWL = 1_000_000  # of a piece, with a method for stiff equations
 TOLERANCE_OF_A_CRAWL = 1e-10  # rounding of the acceleration is not far below it
+NETS: tuple[Net, ...] = ("slack", "taut")  # branches of the potential, on the way to open
+POINTS = 400  # of a flow
 BEYOND = 2.0  # [rad], an angle past the deployed one
 
 
@@ -71,8 +73,8 @@ class FastestMotion:
         The cap F [N].
     duration : float
         T_min(F) [s].
-    switch_angle, switch_time : float
-        Where and when T1 drops from F to 0 [rad], [s].
+    switch_angle : float
+        Where T1 drops from F to 0 [rad].
     time, angle, speed, rope_force : ndarray, shape (m,)
         The motion, dense [s], [rad], [rad/s], [N].
     peak_acceleration : float
@@ -82,7 +84,6 @@ class FastestMotion:
     force: float
     duration: float
     switch_angle: float
-    switch_time: float
     time: Array
     angle: Array
     speed: Array
@@ -173,14 +174,9 @@ class PhasePlane:
 
     @cached_property
     def limit_force(self) -> float:
-        """Largest force [N] with which no motion gets through.
-
-        It is bracketed. The least speed on the way falls to zero at the limit, and tells where to
-        look next.
-        """
+        """Largest force [N] with which no motion gets through, by bisection."""
         low = self._least_at_the_start
         high = static_peak(self.parameters, self.opening).force  # suffices even at a crawl
-        through: list[tuple[float, float]] = []
 
         # where friction outweighs inertia, nothing less gets through
         nearest = high * (1 - NEAR_LIMIT)
@@ -188,13 +184,11 @@ class PhasePlane:
             return high
         high = nearest
         while high - low > LIMIT_TOLERANCE * high:
-            force = _next_force(low, high, through)
-            flow = self._driven_flow(force)
-            if flow.stalled:
+            force = (low + high) / 2
+            if self._driven_flow(force).stalled:
                 low = force
             else:
                 high = force
-                through.append((force, flow.least_speed))
         return high
 
     @property
@@ -251,28 +245,25 @@ class PhasePlane:
 
     def _join(self, force: float, driven: _Flow, braking: _Flow) -> FastestMotion:
         """Motion along `driven`, then back along `braking`."""
-        switch_time = driven.duration
         switch_angle = float(driven.pieces[-1].y[0, -1])
         brake_time = braking.time_at(switch_angle)
-        duration = switch_time + brake_time
+        duration = driven.duration + brake_time
 
         # the braking flow runs backwards in time, from rest at the end
-        first, last = driven.upto(switch_time), braking.upto(brake_time)[::-1]
+        first, last = driven.upto(driven.duration), braking.upto(brake_time)[::-1]
         angle, speed = np.hstack([driven(first), braking(last)])
         rope_force = np.concatenate([np.full(first.size, force), np.zeros(last.size)])
         points = (angle, speed, np.full(angle.size, force))
-        parts = np.arange(angle.size) < first.size, angle < self.parameters.net_angle
-        (up, up_taut), (down, down_taut) = (
-            [elementwise(functions[net], *points)[0].ravel() for net in ("slack", "taut")]
-            for functions in (self._driven, self._braked)
+        driving, slack = np.arange(angle.size) < first.size, angle < self.parameters.net_angle
+        on_driving, on_braking = (
+            np.where(slack, *(elementwise(of[net], *points)[0].ravel() for net in NETS))
+            for of in (self._driven, self._braked)
         )
-        before = np.where(parts[1], up, up_taut)
-        acceleration = np.where(parts[0], before, np.where(parts[1], down, down_taut))
+        acceleration = np.where(driving, on_driving, on_braking)
         return FastestMotion(
             force=force,
             duration=duration,
             switch_angle=switch_angle,
-            switch_time=switch_time,
             time=np.concatenate([first, duration - last]),
             angle=angle,
             speed=speed,
@@ -294,8 +285,7 @@ class PhasePlane:
 
         pieces: list[Any] = []
         start, state, stalled = 0.0, (angle, speed), False
-        nets: tuple[Net, ...] = ("slack", "taut") if sign > 0 else ("taut", "slack")
-        for net, until in zip(nets, (net_angle, goal), strict=True):
+        for net, until in zip(NETS if sign > 0 else NETS[::-1], (net_angle, goal), strict=True):
             edge = sign * min(sign * until, sign * goal)
             if sign * edge <= sign * state[0]:  # it begins beyond
                 continue
@@ -382,15 +372,6 @@ class _Flow:
                 return _invert(piece, angle)
         return self.duration
 
-    @property
-    def least_speed(self) -> float:
-        """Least speed after the start, where it has risen at first."""
-        samples = self(self.upto(self.duration))
-        falling = np.diff(samples[1]) < 0
-        if not falling.any():
-            return float(samples[1, -1])
-        return float(samples[1, int(np.argmax(falling)) :].min())
-
     def excess(self, angle: float, speed: float) -> float:
         """How far a speed is above that of the flow [rad/s]; far from it only about.
 
@@ -415,11 +396,11 @@ class _Flow:
         rising = slice(None, None, 1 if angles[-1] > angles[0] else -1)
         return angles[rising], speeds[rising], 0.05 * float(speeds.max())
 
-    def upto(self, time: float, points: int = 400) -> Array:
+    def upto(self, time: float) -> Array:
         """Times from 0 to `time`, those of the integrator's steps with some between."""
         steps = np.unique(np.concatenate([piece.t for piece in self.pieces]))
         steps = np.append(steps[steps < time], time)
-        between = max(1, points // max(1, steps.size - 1))
+        between = max(1, POINTS // max(1, steps.size - 1))
         fractions = np.arange(between) / between
         return np.append((steps[:-1, None] + np.diff(steps)[:, None] * fractions).ravel(), time)
 
@@ -444,37 +425,6 @@ def _event(function: Callable[[Array], float], direction: float = 0.0) -> Any:
     event.terminal = True  # type: ignore[attr-defined]
     event.direction = direction  # type: ignore[attr-defined]
     return event
-
-
-def _next_force(low: float, high: float, through: list[tuple[float, float]]) -> float:
-    """The force to try next for a limit between `low` and `high` [N].
-
-    Parameters
-    ----------
-    through : list of (float, float)
-        Forces with which a motion got through, falling, and its least speed.
-    """
-    middle = (low + high) / 2
-    if len(through) < 3:
-        return middle
-    forces, speeds = np.array(through[-3:]).T
-
-    # near the limit the least speed is a power of the distance from it
-    first, second = np.log(speeds[:-1] / speeds[1:])
-
-    def misfit(limit: float) -> float:
-        above = np.log(forces - limit)
-        return float((above[0] - above[1]) * second - (above[1] - above[2]) * first)
-
-    nearest = high - 1e-3 * (high - low)
-    if misfit(low) * misfit(nearest) >= 0.0:
-        return middle
-    limit = float(brentq(misfit, low, nearest))
-
-    # from above down to it; where that is near enough, from below
-    step = 0.02 * (high - limit)
-    least = 0.4 * LIMIT_TOLERANCE * high
-    return limit + step if step > least else max(limit - least, middle)
 
 
 class _Acceleration:
@@ -504,7 +454,6 @@ def _acceleration_functions(
 ) -> dict[Net, ca.Function]:
     """Accelerations under a force of the motor or, if it brakes, the least that it allows."""
     alpha, omega, tension = (ca.SX.sym(name) for name in ("alpha", "omega", "tension"))
-    nets: tuple[Net, ...] = ("slack", "taut")
 
     def acceleration(net: Net) -> ca.SX:
         if not braking:
@@ -515,10 +464,9 @@ def _acceleration_functions(
         held = angular_acceleration(parameters, alpha, omega, -tension, net, rotor)
         return ca.fmax(held, without)
 
-    expressions = {net: acceleration(net) for net in nets}
     return {
-        net: ca.Function(net, [alpha, omega, tension], [expression], {"cse": True})
-        for net, expression in expressions.items()
+        net: ca.Function(net, [alpha, omega, tension], [acceleration(net)], {"cse": True})
+        for net in NETS
     }
 
 

@@ -12,17 +12,20 @@ from numpy.typing import ArrayLike
 from models.laws import AngularMotion, BetweenRests, Law, Step5, StraightLine, UnderWay
 from models.truss import Opening
 from ocp.arrays import Array
+from studies.common.exit_codes import StudyError
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import least_time_of_angle
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import pinned_bezier
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
-    from studies.truss.motions.phase_plane import FastestMotion, LeastForce
+    from studies.truss.motions.phase_plane import FastestMotion
 
 SWING = 1.3  # duration of the swing after a dwell, relative to the least the caps allow
 LONGEST_SWING = 0.9  # of the duration
 FADING = 0.5  # of the stroke, the most that a speed at the start covers in a motion to start from
+
+PHASE_PLANE = "phase-plane"  # the start that is no law
 
 # how a motion gets over the ridge of the static force: at rest on it, or with momentum
 KINDS = {
@@ -30,10 +33,8 @@ KINDS = {
     "step5": "ridge",
     "straight": "ridge",
     "dwell": "swing-through",
-    "phase-plane": "swing-through",
+    PHASE_PLANE: "swing-through",
 }
-
-
 NEIGHBOUR = "neighbour"  # the start from a like study's motion
 
 
@@ -94,20 +95,25 @@ class _LawOfStart:
         )
 
 
-def starting_motion(
-    name: str, study: TrussStudy, least_force: Callable[[], LeastForce]
-) -> StartingMotion:
-    """The motion of one of the study's starts.
+def starting_motion(name: str, study: TrussStudy) -> StartingMotion:
+    """The motion of one of the laws that a study starts from."""
+    return start_from_law(name, _under_way(name, study, first_duration(study)), study)
 
-    Parameters
-    ----------
-    least_force : callable
-        Computes the phase-plane bound, which takes seconds; called only where it is needed.
+
+def starting_laws(study: TrussStudy) -> list[str]:
+    """The laws to start from where several trusses move alike.
+
+    Raises
+    ------
+    StudyError
+        If there is none but the phase plane, which is that of one truss.
     """
-    duration = first_duration(study)
-    if name == "phase-plane":
-        return _from_phase_plane(least_force().motion, duration, study)
-    return start_from_law(name, _under_way(name, study, duration), study)
+    laws = [name for name in study.solver.starts if name != PHASE_PLANE]
+    if not laws:
+        raise StudyError(
+            "solver.starts has no law but phase-plane, which is that of one truss; add bezier"
+        )
+    return laws
 
 
 def _under_way(name: str, study: TrussStudy, duration: float) -> Law:
@@ -142,7 +148,7 @@ def in_order(names: Sequence[str], switching_force: bool) -> list[str]:
         is then about the optimum, and comes before all others.
     """
     first = first_of_each_kind(names)
-    optimum = "phase-plane" if switching_force else None
+    optimum = PHASE_PLANE if switching_force else None
     return sorted(names, key=lambda name: (name != optimum, name not in first))
 
 
@@ -150,11 +156,6 @@ def first_of_each_kind(names: Sequence[str]) -> tuple[str, ...]:
     """One start of each kind of `KINDS`, the first one."""
     first = {KINDS[name]: name for name in reversed(names)}
     return tuple(name for name in names if name in first.values())
-
-
-def bezier_start(study: TrussStudy) -> StartingMotion:
-    """The paper's Bezier law."""
-    return start_from_law("bezier", _under_way("bezier", study, first_duration(study)), study)
 
 
 def first_duration(study: TrussStudy) -> float:
@@ -224,8 +225,9 @@ def from_neighbour(law: Law, study: TrussStudy) -> StartingMotion:
     )
 
 
-def _from_phase_plane(motion: FastestMotion, duration: float, study: TrussStudy) -> StartingMotion:
+def start_from_phase_plane(motion: FastestMotion, study: TrussStudy) -> StartingMotion:
     """Wait at rest, then the fastest motion at the least force; slowed if it does not fit."""
+    duration = first_duration(study)
     wait = 0.0 if study.opening.rate else max(0.0, duration - motion.duration)
     slowing = (duration - wait) / motion.duration
     times, kept = np.unique(wait + slowing * motion.time, return_index=True)
@@ -237,7 +239,7 @@ def _from_phase_plane(motion: FastestMotion, duration: float, study: TrussStudy)
         return lambda time: np.interp(np.atleast_1d(time), times, values)
 
     return StartingMotion(
-        name="phase-plane",
+        name=PHASE_PLANE,
         duration=duration,
         net_time=float(np.interp(study.truss.net_angle, angle, times)),
         angle=interpolated(angle),

@@ -19,7 +19,6 @@ ROUGH = Accuracy(objective=1e-4, path=1e-5)
 def best_law(
     study: TrussStudy,
     console: Console,
-    neighbour: Law | None = None,
     kept: FinishedSteps = NOTHING_KEPT,
     accuracy: Accuracy | None = ROUGH,
 ) -> Law:
@@ -27,8 +26,6 @@ def best_law(
 
     Parameters
     ----------
-    neighbour : law, optional
-        Of a like study, from which the first start begins.
     kept : FinishedSteps, optional
         Where finished steps go to, and come from.
     accuracy : Accuracy or None
@@ -41,26 +38,16 @@ def best_law(
     StudyError
         If no motion was found.
     """
-    return kept.step(
-        "law", lambda: _searched(study, console, neighbour, kept, accuracy), say=console.progress
-    )
 
+    def searched() -> Law:
+        try:
+            best = best_motion(Question(study, console, accuracy=accuracy, kept=kept))
+        except StudyError as error:
+            if error.exit_code is ExitCode.INTERRUPTED:
+                raise KeyboardInterrupt from error
+            raise
+        if best.interrupted:
+            raise KeyboardInterrupt
+        return best.deployment.law
 
-def _searched(
-    study: TrussStudy,
-    console: Console,
-    neighbour: Law | None,
-    kept: FinishedSteps,
-    accuracy: Accuracy | None,
-) -> Law:
-    try:
-        best = best_motion(
-            Question(study, console, neighbour=neighbour, accuracy=accuracy, kept=kept)
-        )
-    except StudyError as error:
-        if error.exit_code is ExitCode.INTERRUPTED:
-            raise KeyboardInterrupt from error
-        raise
-    if best.interrupted:
-        raise KeyboardInterrupt
-    return best.deployment.law
+    return kept.step("law", searched, say=console.progress)

@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from ocp import Audit, Problem, Settings, Solution, Trial, audit
-from studies.common.console import Console
+from studies.common.console import Console, number
 from studies.common.exit_codes import StudyError
 from studies.common.finished import FinishedSteps
 from studies.truss.problem import Statement
 
 Starts = Mapping[str, Callable[[], Problem]]
+
+
+def starts_told(trials: Sequence[Trial]) -> list[dict[str, Any]]:
+    """What came of each start, for the record of a result."""
+    return [
+        {
+            "start": trial.name,
+            "value": trial.value,
+            "seconds": trial.seconds,
+            "failure": None if trial.error is None else str(trial.error),
+        }
+        for trial in trials
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,3 +91,17 @@ def from_starts(
         finished=finished,
         **options,
     )
+
+
+def one_line(trial: Trial, earlier: bool, unit: str, title: str = "") -> str:
+    """A line of progress on a start that is done, in this run or in an earlier one.
+
+    Parameters
+    ----------
+    unit, title : of the value; a title ends in a space.
+    """
+    if trial.solution is None:
+        return f"{trial.name}: failed, {trial.error}"
+    when = f"{trial.seconds:.1f} s{', in an earlier run' if earlier else ''}"
+    words = "" if trial.error is None else ", unverified"
+    return f"{trial.name}: {title}{number(trial.value, 7)} {unit}{words}, {when}"

@@ -13,7 +13,13 @@ from ocp import Audit, Interrupted, OcpError, Trial
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.config import TrussStudy
-from studies.truss.motions.starts import KINDS, from_neighbour, in_order, start_from_law
+from studies.truss.motions.starts import (
+    KINDS,
+    PHASE_PLANE,
+    from_neighbour,
+    in_order,
+    start_from_law,
+)
 from studies.truss.problem import control_of
 from studies.truss.search.best_motion import BestMotion, NoMotionError
 from studies.truss.search.from_starts import Starts, Statements, from_starts
@@ -91,7 +97,7 @@ def _names(question: Question) -> list[str]:
     if question.with_forces:
         return names
     # the phase plane of the force says nothing here
-    return [name for name in names if name != "phase-plane"] or names
+    return [name for name in names if name != PHASE_PLANE] or names
 
 
 def _starts(question: Question, names: Sequence[str]) -> Starts:

@@ -14,7 +14,12 @@ from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import deployment_of, law_of
-from studies.truss.motions.starts import StartingMotion, starting_motion
+from studies.truss.motions.starts import (
+    PHASE_PLANE,
+    StartingMotion,
+    start_from_phase_plane,
+    starting_motion,
+)
 from studies.truss.problem import needs_forces, settings_of, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.from_starts import Statements
@@ -116,7 +121,10 @@ class Question:
 
     def problem_from_start(self, name: str) -> Problem:
         """The same for one of the study's starts."""
-        return self.problem_from(starting_motion(name, self.study, self.planes.least_force))
+        if name == PHASE_PLANE:
+            motion = self.planes.least_force().motion
+            return self.problem_from(start_from_phase_plane(motion, self.study))
+        return self.problem_from(starting_motion(name, self.study))
 
     def deployment(self, solution: Solution, stated: Problem | None = None) -> Deployment:
         """The motion of a solution.

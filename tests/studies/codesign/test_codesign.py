@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from ocp import Audit, Interrupted, audit
+from ocp import Audit, Interrupted, Solution, audit, solve
 from studies.cli import main
 from studies.codesign import CodesignStudy, run, search, study_from
 from studies.codesign.config import as_dictionary
@@ -178,16 +178,19 @@ def test_only_the_best_start_is_solved_to_its_last_digits(
     """Starts are rough; where the last solve ends early, the rough one stays, and it is said."""
     asked = []
 
-    def noted(*given: Any, **how: Any) -> Audit:
-        if "processes" not in how:  # of the stated design, for its own motion
-            return audit(*given, **how)
-        asked.append(how["settings"].accuracy.objective)
-        if stops and len(asked) > 1:
-            raise Interrupted("stopped", None, None, None)
+    def all_starts(*given: Any, **how: Any) -> Audit:
+        if "processes" in how:  # else of the stated design, for its own motion
+            asked.append(how["settings"].accuracy.objective)
         return audit(*given, **how)
 
-    for module in (search, from_starts):  # of the best, and of all starts
-        monkeypatch.setattr(module, "audit", noted)
+    def the_best(*given: Any, **how: Any) -> Solution:
+        asked.append(how["settings"].accuracy.objective)
+        if stops:
+            raise Interrupted("stopped", None, None, None)
+        return solve(*given, **how)
+
+    monkeypatch.setattr(from_starts, "audit", all_starts)
+    monkeypatch.setattr(search, "solve", the_best)
     result = run(slow())
     assert asked == [1e-5, 1e-6]
     assert result.interrupted == stops
