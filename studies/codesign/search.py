@@ -18,7 +18,6 @@ import numpy as np
 from models.truss import TrussParameters, with_symbols
 from ocp import (
     Accuracy,
-    AdaptiveMesh,
     Audit,
     Interrupted,
     OcpError,
@@ -39,7 +38,7 @@ from studies.common.result import Criterion
 from studies.common.second_solve import second_solve
 from studies.truss.config import TrussStudy
 from studies.truss.motions.starts import KINDS, starting_laws, starting_motion
-from studies.truss.problem import Statement, state
+from studies.truss.problem import Statement, settings_of, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.from_starts import Starts, Statements, from_starts, one_line
 from studies.truss.search.smoothness import first_price
@@ -102,7 +101,7 @@ def search(
         f"{name}, {law}": functools.partial(_stated, study, held, law, guess, statements)
         for name, law, guess in _starts(study)
     }
-    settings = _settings(study.deployment, len(starts))
+    settings = settings_of(study.deployment, True, Accuracy())
     found = _roughly(study, starts, statements, settings, seconds, console, kept)
 
     def left() -> float:
@@ -286,15 +285,6 @@ def _drawn(study: CodesignStudy, count: int) -> list[dict[str, float]]:
         if truss.link > LEAST_RATIO * truss.crank:
             found.append(guess)
     return found
-
-
-def _settings(study: TrussStudy, starts: int) -> Settings:
-    """As for a truss alone: bisection, the intervals shared out over the two phases."""
-    return Settings(
-        intervals=max(2, -(-study.solver.intervals // 2)),
-        refinement=AdaptiveMesh(move_breakpoints=False),
-        seconds=max(study.solver.seconds / starts, 60.0),
-    )
 
 
 def designed(study: TrussStudy, design: Mapping[str, float]) -> TrussStudy:

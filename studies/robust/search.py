@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,6 @@ from ocp import (
     OcpError,
     Problem,
     Relaxed,
-    Settings,
     Solution,
     relaxed,
 )
@@ -168,7 +167,7 @@ def search(
 
 def _a_second_time(found: RobustLaw, console: Console, kept: FinishedSteps) -> RobustLaw:
     """The law that a second solve leaves, with what it says of it."""
-    settings = _settings(found.study.deployment, len(starting_laws(found.study.deployment)))
+    settings = settings_of(found.study.deployment, with_forces=True)
     second = second_solve(found.solution, settings, console, kept=kept)
     return dataclasses.replace(
         found,
@@ -181,12 +180,12 @@ def _a_second_time(found: RobustLaw, console: Console, kept: FinishedSteps) -> R
 
 def _for_scenarios(study: RobustTrussStudy, console: Console, kept: FinishedSteps) -> RobustLaw:
     try:
-        found = _from_all_starts(study, tuple(study.scenarios), console, kept)
+        found = _from_all_starts(study, console, kept)
     except Interrupted as stop:
         raise StudyError("interrupted before a law was found", ExitCode.INTERRUPTED) from stop
     except (OcpError, NoLawError) as error:
         console.progress("no common law was found: looking for the least relaxation")
-        prevents = who_gives_way(study, console) or _who_prevents(study)
+        prevents = who_gives_way(study, console) or "the relaxed problem was not solved either"
         raise StudyError(
             f"no law was found that serves all scenarios: {prevents}; the solver says: {error}",
             ExitCode.NOT_SOLVED,
@@ -231,7 +230,7 @@ def who_gives_way(study: RobustTrussStudy, console: Console) -> str:
         for bound, scenario in zip(bound_names(title, len(names)), names, strict=True)
     }
     for start in starting_laws(study.deployment):
-        problem = _statement(study, names, start).problem()
+        problem = _statement(study, start).problem()
         try:
             found = relaxed(problem, only=list(owners), settings=RELAXED, progress=console.live)
         except (OcpError, StudyError):
@@ -254,39 +253,20 @@ def _common(name: str) -> str:
     return name.rpartition(": ")[2]
 
 
-def _who_prevents(study: RobustTrussStudy) -> str:
-    """Which scenarios have no law alone, in words."""
-    without = []
-    for name in study.scenarios:
-        try:
-            _from_all_starts(study, (name,), silent())
-        except (OcpError, NoLawError):
-            without.append(named(study, name))
-    if without:
-        return f"none was found for {' and '.join(without)} alone either; ease it or its caps"
-    return "each has one alone, so they contradict each other; ease a cap or leave a scenario out"
-
-
-def _from_all_starts(
-    study: RobustTrussStudy,
-    scenarios: Sequence[str],
-    console: Console,
-    kept: FinishedSteps = NOTHING_KEPT,
-) -> RobustLaw:
+def _from_all_starts(study: RobustTrussStudy, console: Console, kept: FinishedSteps) -> RobustLaw:
     statements, deployment = Statements(), study.deployment
 
     def stated(start: str) -> Problem:
-        statement = _statement(study, scenarios, start)
+        statement = _statement(study, start)
         return statements.noted(statement.problem(), statement)
 
-    laws = starting_laws(deployment)
-    starts = {law: functools.partial(stated, law) for law in laws}
+    starts = {law: functools.partial(stated, law) for law in starting_laws(deployment)}
     found = from_starts(
         starts,
         statements,
-        _settings(deployment, len(laws)),
+        settings_of(deployment, with_forces=True),
         # corners that were found are scenarios, too: each set of them is a problem of its own
-        kind=hashed([study.scenarios[name] for name in scenarios])[:12],
+        kind=hashed(list(study.scenarios.values()))[:12],
         kept=kept,
         line=functools.partial(one_line, unit="N", title="worst force "),
         console=console,
@@ -301,18 +281,12 @@ def _from_all_starts(
     return RobustLaw(found, best, law_of(deployment, statement, best), study, statement)
 
 
-def _settings(study: TrussStudy, starts: int) -> Settings:
-    settings = settings_of(study, with_forces=True)
-    return dataclasses.replace(settings, seconds=max(study.solver.seconds / starts, 60.0))
-
-
-def _statement(study: RobustTrussStudy, scenarios: Sequence[str], start: str) -> Statement:
+def _statement(study: RobustTrussStudy, start: str) -> Statement:
     # the worst force is what is least: a cap on it has no say in the search, but is checked after
     deployment = dataclasses.replace(
         study.deployment, caps=dataclasses.replace(study.deployment.caps, force=None)
     )
-    stated: Mapping[str, Mapping[str, float]] = study.scenarios
-    pull = pull_of(deployment.truss, [study.values_of(stated[name]) for name in scenarios])
+    pull = pull_of(deployment.truss, [study.values_of(s) for s in study.scenarios.values()])
     price = first_price(deployment, 0, WEIGHTS, with_forces=True)
     guess = starting_motion(start, deployment)
     return state(deployment, guess, WEIGHTS, with_forces=True, price=price, pull=pull)
