@@ -73,7 +73,7 @@ Drive = Literal["jerk", "acceleration", "force"]
 Piecewise = Literal["constant", "linear", "polynomial"]
 
 # whose caps are bounds of signals, not of formulas
-SIGNAL_CAPS = {key for key, quantity in QUANTITIES.items() if quantity.signal}
+SIGNAL_CAPS = {key for key, quantity in QUANTITIES.items() if quantity.cap.signal}
 
 # With an arm: its modes of 18 and 68 Hz hardly swing, but all of a mesh would be spent on them.
 # What the motion leaves in the arm is looked at by an integration of its own, which resolves them.
@@ -524,7 +524,7 @@ def _caps_on_expressions(
                 size = static_peak(study.truss, study.opening).force
                 yield Bound(name, formula, quantity.unit, lower=cap, scale=size)
             else:
-                cap = cap * (1 - quantity.back_off) if quantity.back_off else cap
+                cap = cap * (1 - quantity.cap.back_off) if quantity.cap.back_off else cap
                 lower = -cap if quantity.both_signs else -math.inf
                 yield Bound(name, formula, quantity.unit, lower=lower, upper=cap)
 

@@ -73,14 +73,15 @@ def test_every_objective_has_a_size(key: str) -> None:
 def test_each_cap_and_each_limit_of_a_drive_is_a_key() -> None:
     caps = {field.name for field in dataclasses.fields(Caps)}
     of_the_drive = {field.name for field in dataclasses.fields(Drive)}
-    assert {one.cap for one in QUANTITIES.values() if one.cap} <= caps
+    stated = [one.cap for one in QUANTITIES.values()]
+    assert {cap.key for cap in stated if cap.key} <= caps
     assert caps - set(CAPPED.values()) == {"link_reversal"}  # checked, but no quantity
-    assert {one.limit for one in QUANTITIES.values() if one.limit} <= of_the_drive
-    assert all(one.cap for one in QUANTITIES.values() if one.limit or one.sought)
+    assert {cap.limit for cap in stated if cap.limit} <= of_the_drive
+    assert all(cap.key for cap in stated if cap.limit or cap.sought)
 
 
 def test_the_caps_whose_least_is_sought_have_places_of_their_own() -> None:
-    places = [QUANTITIES[key].sought for key in HARD]
+    places = [QUANTITIES[key].cap.sought for key in HARD]
     assert places == list(range(1, len(places) + 1))
     assert HARD[:2] == ["peak-stall-force", "peak-force"]
 

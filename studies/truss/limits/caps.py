@@ -171,22 +171,25 @@ CAPPED: Mapping[str, str] = {
     key: field.name
     for field in dataclasses.fields(Caps)
     for key, quantity in QUANTITIES.items()
-    if quantity.cap == field.name
+    if quantity.cap.key == field.name
 }
 CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1
 
 # caps whose least value is looked for where no motion was found; the first that is stated. The
 # torque-speed curve is none of them: without the curve there is no load to be least
-HARD = sorted((key for key in CAPPED if QUANTITIES[key].sought), key=lambda k: QUANTITIES[k].sought)
+HARD = sorted(
+    (key for key in CAPPED if QUANTITIES[key].cap.sought),
+    key=lambda key: QUANTITIES[key].cap.sought,
+)
 
 
 def within_the_drive(caps: Caps, drive: Drive | None) -> Caps:
     """The caps, lowered to the limits of the drive where these are lower."""
     lowered: dict[str, Any] = {}
-    for quantity in (one for one in QUANTITIES.values() if one.limit):
-        of_the_drive = None if drive is None else getattr(drive, quantity.limit)
-        stated = (getattr(caps, quantity.cap), of_the_drive)
-        lowered[quantity.cap] = min((cap for cap in stated if cap is not None), default=None)
+    for cap in (one.cap for one in QUANTITIES.values() if one.cap.limit):
+        of_the_drive = None if drive is None else getattr(drive, cap.limit)
+        stated = (getattr(caps, cap.key), of_the_drive)
+        lowered[cap.key] = min((one for one in stated if one is not None), default=None)
     return dataclasses.replace(caps, **lowered)
 
 
@@ -273,7 +276,7 @@ def cap_on(caps: Caps, drive: Drive | None, quantity: str) -> float | None:
 
 def without_cap(study: Study, quantity: str) -> Study:
     """A study without the cap on a quantity of `CAPPED`, whether stated or the drive's."""
-    drive, cap, limit = study.drive, CAPPED[quantity], QUANTITIES[quantity].limit
+    drive, cap, limit = study.drive, CAPPED[quantity], QUANTITIES[quantity].cap.limit
     if drive is not None and limit:
         drive = dataclasses.replace(drive, **{limit: None})
     margin = study.margin
