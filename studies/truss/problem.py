@@ -97,9 +97,11 @@ PULL_MARGIN = 1e-3
 # [J^(1/2)] by which a solve stays below the root of a cap on the energy: what its mesh misses.
 ARM_MARGIN = 1e-4
 LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
-# Of the objective, where the snap is constant in each interval: a force that rides its peak takes
-# more than two thousand of them for `OPTIMUM`
-ROUGHLY = 1e-4
+# Where the stretch of the ropes is planned. The snap has no limit, so each finer mesh lowers a
+# force that rides its peak a little more and promises as much again. From so many unknowns on that
+# is less than 1e-3 of the force, and no interval is cut for it: else no start ends before its
+# budget.
+ROUGHLY, ENOUGH_UNKNOWNS = 1e-4, 5_000
 LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
@@ -377,12 +379,15 @@ def settings_of(study: TrussStudy, with_forces: bool, accuracy: Accuracy | None 
     # moved to the switches of the jerk; where forces matter, bisection is more robust
     moving = not with_forces and control_of(study, with_forces)[1] == "constant"
     # on its switches a motion is exact at once; elsewhere each digit more doubles the mesh
-    objective = ROUGHLY if study.plans_stretch else OPTIMUM
-    accuracy = accuracy or (Accuracy() if moving else Accuracy(objective=objective))
+    usual = Accuracy() if moving else Accuracy(objective=OPTIMUM)
+    refinement = AdaptiveMesh(move_breakpoints=moving)
+    if study.plans_stretch:
+        usual = Accuracy(objective=ROUGHLY)
+        refinement = replace(refinement, most_unknowns=ENOUGH_UNKNOWNS)
     return Settings(
         intervals=max(2, -(-study.solver.intervals // phases)),
-        refinement=AdaptiveMesh(move_breakpoints=moving),
-        accuracy=accuracy,
+        refinement=refinement,
+        accuracy=accuracy or usual,
         seconds=max(share, LEAST_OF_A_START),
     )
 
