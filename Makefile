@@ -10,6 +10,9 @@ REGRESSION_FLAGS ?=
 RACE_FLAGS ?= --peers --only race
 SHOWS_FLAGS ?= --list
 
+# Tests start hundreds of processes: without stored bytecode each of them compiles all it imports.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help setup study picture table docs test test-slow lint benchmark regression race exudyn shows clean
 
 help:
