@@ -57,7 +57,7 @@ def main(
         console.complain(str(error))
         return int(error.exit_code)
     except KeyboardInterrupt:
-        console.complain("interrupted; what was written until then is kept")
+        console.complain("interrupted; the files written so far are kept")
         return int(ExitCode.INTERRUPTED)
     except BrokenPipeError:  # as in `antenna-ocp paper | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -61,17 +61,17 @@ WELL_ENDED = (ExitCode.OK, ExitCode.INFEASIBLE)
 
 # What an exit code 3 may rest on: the words of a proof, and its name.
 PROOFS = {
-    "no motion is best: the least time": "ropes only pull: a limit that no motion attains",
-    "no motion is best": "phase plane: a limit that no motion attains",
+    "no minimum exists: the time": "ropes only pull: a limit that no motion attains",
+    "no minimum exists": "phase plane: a limit that no motion attains",
     "(phase plane, global)": "phase plane",
-    "the least feasible cap is 32 D/T^3": "closed form of the least jerk",
+    "raise the cap to at least 32 D/T^3": "closed form of the least jerk",
     "they need at least": "closed form of the least time",
     "ropes only pull": "what a rope that only pulls leaves",
     "under the caps on its rates": "what a rope that only pulls leaves",
-    "statics": "equilibrium at rest",
+    "at rest at the": "equilibrium at rest",
     "the springs pull": "equilibrium at rest",
-    "its inertia saves no more": "the ridge under capped rates",
-    "a least tension of": "equilibrium at rest",
+    "cap needs at least": "the ridge under capped rates",
+    "a minimum tension of": "equilibrium at rest",
 }
 
 # What no user should ever see: a traceback, our own last resort, an error's or a warning's bare

@@ -81,7 +81,7 @@ class Cost:
     @property
     def _times(self) -> str:
         if math.isinf(self.ratio):
-            return "beyond any ratio to"
+            return "greater than any multiple of"
         if 0 < self.value < self.baseline_value:  # of which more is better
             return f"1/{self.ratio:.3g} of"
         return f"{self.ratio:.3g} times"

@@ -124,7 +124,7 @@ class Console:
                 self._show(
                     self._stage
                     if ago < quiet
-                    else f"still at work {ago:.0f} s after: {self._stage}"
+                    else f"still working, {ago:.0f} s after: {self._stage}"
                 )
 
     def say(self, text: object = "") -> None:

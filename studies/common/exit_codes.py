@@ -14,15 +14,15 @@ class ExitCode(IntEnum):
 
     OK = 0, "done; every check passed"
     BAD_INPUT = 2, "a flag, a file or a value is wrong; nothing was computed"
-    INFEASIBLE = 3, "proven: no motion meets the stated caps, or none of those that do is best"
+    INFEASIBLE = 3, "proved infeasible: no motion meets the caps; or no minimum exists"
     NOT_SOLVED = (
         4,
-        "no motion was found, which proves nothing; the inputs are kept",
+        "no motion was found (no proof that there is none); the inputs are kept",
     )
-    NOT_VERIFIED = 5, "a result or a profile was computed but failed a check; see its record"
+    NOT_VERIFIED = 5, "a result or a profile was computed, but a check failed; see its record"
     NO_RESULTS_FOLDER = 6, "the results folder exists already or cannot be written"
     INTERNAL = 70, "a defect of this program; a report was written to the file named"
-    INTERRUPTED = 130, "interrupted (Ctrl-C); what was found until then is kept"
+    INTERRUPTED = 130, "interrupted (Ctrl-C); the results so far are kept"
 
     meaning: str
 

@@ -39,7 +39,7 @@ def add_results_flags(parser: argparse.ArgumentParser, figures: bool = True) -> 
     parser.add_argument("--results", type=folder_path, metavar="DIR", help="a new results folder")
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
     if figures:
-        parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
+        parser.add_argument("--no-figures", action="store_true", help="draw no figures")
 
 
 def add_resume_flag(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def add_resume_flag(parser: argparse.ArgumentParser) -> None:
         "--resume",
         type=folder_path,
         metavar="DIR",
-        help="go on with a study that was stopped, in its results folder",
+        help="resume a study that was stopped, in its results folder",
     )
 
 
@@ -73,8 +73,8 @@ def take_up(study: Study, options: argparse.Namespace) -> None:
     typed = {name: flag for name, flag in options.typed.items() if name not in GOES_ON_WITH}
     for what in (*typed.values(), *["a study"] * (options.study is not None)):
         raise StudyError(
-            f"--resume goes on with the study in {options.resume}, and takes no other words, "
-            f"but {what} is given; leave it out"
+            f"--resume continues the study in {options.resume} and allows no other arguments, but "
+            f"{what} is given; leave it out"
         )
     options.study = resumed_results(options.resume, study.kind) / INPUT_FILE
 
@@ -131,9 +131,9 @@ def carry_out(
     head = f"# Reproduces this result: {command} input.toml\n\n"
     go_on = f"{command} --resume {folder.path}" if study.resumes else ""
     console.progress(
-        f"results go to {folder.path}{go_on and f'; if it is stopped, it goes on by: {go_on}'}"
+        f"results go to {folder.path}{go_on and f'; to resume after an interruption: {go_on}'}"
     )
-    with folder.written(f"go on by: {go_on}") if go_on else folder.written():
+    with folder.written(f"to resume: {go_on}") if go_on else folder.written():
         if study.resumes:
             from studies.common.finished import finished_steps  # the engine loads with it
 
@@ -178,7 +178,7 @@ def _solved(
         return solve()
     except StudyError as error:
         if error.exit_code is ExitCode.INTERRUPTED and go_on:
-            error = StudyError(f"{error}; go on by: {go_on}", error.exit_code)
+            error = StudyError(f"{error}; to resume: {go_on}", error.exit_code)
         infeasible = error.exit_code is ExitCode.INFEASIBLE
         try:
             begun.failed(str(error), infeasible).save(folder.path)
@@ -192,7 +192,7 @@ def _solved(
         if not go_on:
             raise
         raise StudyError(
-            f"interrupted; what was written until then is kept; go on by: {go_on}",
+            f"interrupted; the files written so far are kept; to resume: {go_on}",
             ExitCode.INTERRUPTED,
         ) from stop
 
@@ -237,9 +237,9 @@ def hand_over(
 
     if interrupted:
         console.complain(
-            f"interrupted; what was found until then is kept{go_on and f'; go on by: {go_on}'}"
+            f"interrupted; the results so far are kept{go_on and f'; to resume: {go_on}'}"
         )
-    console.say(f"everything is in {folder.path}; rerun: {again}")
+    console.say(f"all files are in {folder.path}; to run it again: {again}")
     return ExitCode.INTERRUPTED if interrupted else exit_code(result)
 
 

@@ -86,7 +86,9 @@ def second_solve(
         Where what came of it goes to, and where that of an earlier run is read.
     """
     if left <= 0.0:
-        return SecondSolve(solution, _criterion(name, "open: no seconds are left", math.nan, gain))
+        return SecondSolve(
+            solution, _criterion(name, "open: the time limit was reached", math.nan, gain)
+        )
     return kept.step(
         name,
         lambda: _asked(solution, settings, console, left, constants, gain, name),
@@ -106,7 +108,7 @@ def _asked(
     name: str,
 ) -> SecondSolve:
     begin = clock.monotonic()
-    console.progress(f"{name}, on another mesh and from beside the answer")
+    console.progress(f"{name}, on another mesh and from a perturbed start")
     seconds = min(max(solution.seconds, LEAST_SECONDS), left)
     asked = partial(confirm, seconds=seconds, progress=console.live), other_controls_condition
     try:
@@ -124,7 +126,10 @@ def _asked(
     found = SecondSolve(solution, _said(name, certificate, gain))
     if better is not None:
         part = _gain(solution, better)
-        words = f"it was better by {part:.1e} of the objective, and is the answer now"
+        words = (
+            f"it found a solution that is better by {part:.1e} of the objective; this is the "
+            "result now"
+        )
         found = SecondSolve(better, _criterion(name, words, math.nan, gain))
     console.progress(f"{found.check.sentence}, {clock.monotonic() - begin:.1f} s")
     return found
@@ -141,7 +146,7 @@ def _from(
     """The verified answer that a motion leads to, if it is better by a least part; else None."""
     if start is None:
         return None
-    console.progress("a second solve found a better motion: solving from there")
+    console.progress("a second solve found a better motion: solving again from it")
     try:
         found = solve(
             before.problem,
@@ -154,7 +159,7 @@ def _from(
     except Interrupted:
         raise
     except OcpError as error:
-        console.progress(f"from there: {error}")
+        console.progress(f"from the better motion: {error}")
         return None
     better = _gain(before, found) > least
     return found if better and found.verification.passed else None

@@ -114,6 +114,8 @@ def _answer(heard: socket.socket, console: Console) -> None:
             if not asked or select.select([heard], [], [], _TO_ANSWER)[0]:
                 continue
             if asked > 1:
-                console.complain("interrupted twice; what was written until now is kept")
+                console.complain("interrupted twice; the files written so far are kept")
                 os._exit(ExitCode.INTERRUPTED)
-            console.progress("stopping after the step at work; Ctrl-C once more ends at once")
+            console.progress(
+                "stopping after the current step; press Ctrl-C again to stop immediately"
+            )

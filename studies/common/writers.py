@@ -39,10 +39,14 @@ def table(result: Result) -> Table:
 
     notes = []
     if any(row.minimised for row in rows):
-        bound = "  bound: no motion is better, each row on its own." if bounded else ""
+        bound = (
+            "  bound: proven lower bound of each row; no single motion need reach all bounds."
+            if bounded
+            else ""
+        )
         notes.append(f"* minimised.{bound}")
     if any(row.broken_by for row in rows):
-        notes.append("! breaks a cap, so the law is no candidate.")
+        notes.append("! exceeds a cap, so this law is not used for comparison.")
     return Table(title=result.question, head=head, rows=cells, notes=notes)
 
 

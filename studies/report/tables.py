@@ -93,9 +93,11 @@ def quantities(result: Result) -> PageTable:
     if bold:
         notes.append("In bold: what is minimised.")
     if bounded:
-        notes.append("Bound: no motion is better, each row on its own.")
+        notes.append(
+            "Bound: proven lower bound of each row. No single motion need reach all bounds."
+        )
     if any(row.broken_by for row in result.table):
-        notes.append("A value with ! breaks a cap, so that its law is no candidate.")
+        notes.append("A value with ! exceeds a cap, so this law is not used for comparison.")
     return PageTable("All quantities", head, rows, "quantities", notes, bold)
 
 

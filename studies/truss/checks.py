@@ -186,8 +186,8 @@ def _barely(quantity: Quantity, value: float, cap: float) -> str:
         return ""
     share, of = (TENSION, "of the peak rope force") if quantity.kind == "least" else (CAPS, "of it")
     return (
-        f"passed: {quantity.title} {value:.9g} {quantity.unit} (limit {cap:.9g}); beyond it by "
-        f"{beyond:.2g} {quantity.unit}, within the tolerance of {share:g} {of}"
+        f"passed: {quantity.title} {value:.9g} {quantity.unit} (limit {cap:.9g}); the violation of "
+        f"{beyond:.2g} {quantity.unit} is within the tolerance of {share:g} {of}"
     )
 
 
@@ -208,9 +208,9 @@ def start_in_words(study: TrussStudy) -> tuple[str, ...]:
     if not study.opening.rate:
         return ()
     return (
-        f"The ring turns at {study.start_rate_deg_per_s:g} deg/s at the start. Its acceleration is "
-        "free there: nothing says what the ropes pulled before. The laws of the paper start at "
-        "rest, so none of them is beside this motion.",
+        f"The ring turns at {study.start_rate_deg_per_s:g} deg/s at the start. Its acceleration "
+        "is free there, because the rope forces before the start are unknown. The laws of the "
+        "paper start at rest, so none of them is compared with this motion.",
     )
 
 
@@ -226,7 +226,7 @@ def restart_in_words(deployment: Deployment) -> tuple[str, ...]:
     return (
         f"The motor's force is at most {peak:.4g} N, its rotor included. To restart from "
         f"standstill at {math.degrees(ridge.angle):.2f} deg it needs {ridge.force:.4g} N, "
-        f"{torque:.4g} N m at its shaft: no momentum helps there.",
+        f"{torque:.4g} N m at its shaft, because it has no momentum there.",
     )
 
 

@@ -108,7 +108,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
     minimised = set(problem.objective_symbols)
     tight = {peak.name for peak in problem.peaks if peak in minimised}
     peaks = [
-        f"{name}: {epigraph:.9g} in the solver, {dense:.9g} replayed between points"
+        f"{name}: {epigraph:.9g} in the solver, {dense:.9g} in the replay, between the points too"
         for name, epigraph, dense in best.solution.verification.peaks
         if name in tight
     ]
@@ -163,7 +163,7 @@ def _bounds_of_the_table(
     bounds = lower_bounds(study, None, longest=duration)
     minimised = {name: best.bounds[name] for name in study.objectives if name in best.bounds}
     return {**bounds, "time": best.bounds["time"], **minimised}, (
-        f"Bounds of rows that are not minimised are for motions of at most {duration:.6g} s.",
+        f"The bounds of all rows but the minimised one apply to motions of up to {duration:.6g} s.",
     )
 
 
@@ -174,9 +174,9 @@ def _at_the_shortest(study: TrussStudy, duration: float) -> tuple[str, ...]:
     if not alone or duration > shortest + _AT_THE_SHORTEST * (longest - shortest):
         return ()
     return (
-        f"The least time is the shortest stated duration, {shortest:g} s: no cap holds it back. "
-        "Many motions take that long, and this is any of them. State a shorter one, caps, or "
-        'what is least among these motions, as minimise = ["time", "peak-force"].',
+        f"The minimum time is the lower limit of the duration, {shortest:g} s: no cap is active. "
+        "Many motions have this duration, and this is an arbitrary one of them. Give a smaller "
+        'lower limit, caps, or a further objective, as in minimise = ["time", "peak-force"].',
     )
 
 

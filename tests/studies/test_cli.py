@@ -42,12 +42,16 @@ FAST = (*TIMELESS, "--duration", "5")
         ((*FAST, "--modules", "2"), 2, "at least 3"),
         ((*FAST, "--intervals", "1.5"), 2, "whole number"),
         ((*FAST, "--starts", "bezir"), 2, "did you mean bezier?"),
-        ((*FORCE, "--duration", "5", "--jerk-cap", "31/T^3"), 3, "least feasible cap is 32 D/T^3"),
+        (
+            (*FORCE, "--duration", "5", "--jerk-cap", "31/T^3"),
+            3,
+            "raise the cap to at least 32 D/T^3",
+        ),
         ((*FAST, "--speed-cap", "0.1"), 3, "they need at least"),
-        ((*FAST, "--least-tension", "3"), 3, "tension of the last one to 2.52455 N"),
-        ((*FAST, "--force-cap", "9"), 3, "statics need 9.40984 N"),
+        ((*FAST, "--least-tension", "3"), 3, "tension of the last one is 2.52455 N"),
+        ((*FAST, "--force-cap", "9"), 3, "each rope needs 9.40984 N"),
         ((*FORCE, "--jerk-cap", "none", "--duration", "3", "--force-cap", "21"), 3, "21.107 N"),
-        ((*FORCE, "--jerk-cap", "none", "--duration", "20"), 3, "a limit that no motion attains"),
+        ((*FORCE, "--jerk-cap", "none", "--duration", "20"), 3, "but not reach it"),
         ((FAST[0], "missing.toml", *FAST[1:]), 2, "missing.toml cannot be read"),
         (("check", "missing.csv"), 2, "missing.csv cannot be read"),
         (("check",), 2, "the following arguments are required: PROFILE"),
@@ -95,8 +99,8 @@ def test_a_force_cap_below_the_least_found_says_so(
     # the bound of the pull refuses up to 44 N, and nothing proves that there is none above
     assert main(arguments) == ExitCode.NOT_SOLVED
     last = " ".join(capsys.readouterr().err.replace("\n  ", " ").strip().splitlines()[-1].split())
-    assert "under the other caps 44.53" in last, last
-    assert "the least found for the peak rope force" in last
+    assert "found under the other caps is 44.53" in last, last
+    assert "the minimum peak rope force" in last
     assert "local" in last
     assert (tmp_path / "out" / "failure.json").is_file()
 

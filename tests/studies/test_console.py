@@ -18,7 +18,7 @@ def test_a_quiet_console_says_where_the_work_stands(monkeypatch):
         time.sleep(0.3)
     lines = said.getvalue().splitlines()
     assert len(lines) >= 2
-    assert "still at work 0 s after: solving" in lines[-1]
+    assert "still working, 0 s after: solving" in lines[-1]
 
     # and nothing once the work is done
     time.sleep(0.1)

@@ -59,7 +59,7 @@ def test_a_full_disk_is_one_sentence_at_every_step(step: str, tmp_path: Path) ->
 def test_a_study_that_can_go_on_says_by_what(tmp_path: Path) -> None:
     asked = study(run=full, resumes=True)
     said = str(refusal(asked, tmp_path / "out", silent()))
-    assert said.endswith(f"go on by: antenna-ocp test --resume {tmp_path / 'out'}")
+    assert said.endswith(f"to resume: antenna-ocp test --resume {tmp_path / 'out'}")
 
 
 def test_an_answer_that_cannot_be_written_is_printed(

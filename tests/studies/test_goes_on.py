@@ -59,7 +59,7 @@ def test_a_command_goes_on_with_the_same_result(
     study, out = (*name.split(), *flags.split(), "--no-figures"), tmp_path / "out"
     code, messages = stopped_at(study, words, number, out)
     assert code == (ExitCode.INTERRUPTED if number == signal.SIGINT else -number)
-    assert f"goes on by: antenna-ocp {name} --resume {out}" in messages
+    assert f"to resume after an interruption: antenna-ocp {name} --resume {out}" in messages
     steps = written(out)
     assert len(steps) >= least
 

@@ -50,8 +50,8 @@ def test_during_the_first_round_the_input_is_kept(tmp_path: Path) -> None:
     code, messages = interrupted_at("mesh iteration 1", tmp_path / "out")
     assert code == 130
     assert messages.splitlines()[-1] == (
-        "antenna-ocp: interrupted before a motion was found; the inputs are kept; "
-        f"go on by: antenna-ocp truss --resume {tmp_path / 'out'}"
+        "antenna-ocp: interrupted before a motion was found; the inputs are kept; to resume: "
+        f"antenna-ocp truss --resume {tmp_path / 'out'}"
     )
     assert "Traceback" not in messages
     assert (tmp_path / "out" / "input.toml").is_file()
@@ -64,7 +64,7 @@ def test_later_the_best_motion_is_kept(words: str, tmp_path: Path) -> None:
     code, messages = interrupted_at(words, tmp_path / "out", *more)
     assert code == 130
     assert "Traceback" not in messages
-    assert "antenna-ocp: interrupted; what was found until then is kept" in messages
+    assert "antenna-ocp: interrupted; the results so far are kept" in messages
     record = json.loads((tmp_path / "out" / "verification.json").read_text())
     assert "interrupted" in record["verdict"]
     # whatever round it was, a motion near the optimum of 44.53360 N

@@ -225,7 +225,7 @@ def test_costs_are_those_above_ten_percent_the_dearest_first() -> None:
     ]
     assert [cost.ratio for cost in costs] == [math.inf, 20.0, 1.2]
     assert costs[1].sentence == "jerk is 20 times that of b: 200 instead of 10"
-    assert "beyond any ratio" in costs[0].sentence
+    assert "greater than any multiple" in costs[0].sentence
 
 
 def test_what_is_as_good_as_none_is_no_cost() -> None:
@@ -278,7 +278,7 @@ def test_every_result_can_be_written(tmp_path: Path) -> None:
 def test_the_report_says_all_and_the_worst_cost_first() -> None:
     lines = writers.report_text(example(provenance=provenance())).splitlines()
     assert lines[0] == "question: Which deployment has the least peak force?"
-    assert lines[2].startswith("ATTENTION: work is beyond any ratio")
+    assert lines[2].startswith("ATTENTION: work is greater than any multiple")
     text = "\n".join(lines)
     for words in ("* peak force [N]", "5 !", "verdict: local", "both replays agree", "made = "):
         assert words in text

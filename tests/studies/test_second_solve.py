@@ -56,14 +56,14 @@ def test_a_right_answer_is_confirmed_and_stays() -> None:
 def test_a_spent_budget_leaves_the_answer_and_says_so(coarse: Solution) -> None:
     told = second.second_solve(coarse, Settings(), silent(), left=-0.1)
     assert told.solution is coarse
-    assert told.check.sentence == "passed: a second solve: open: no seconds are left"
+    assert told.check.sentence == "passed: a second solve: open: the time limit was reached"
 
 
 def test_a_better_answer_takes_its_place(coarse: Solution) -> None:
     told = second.second_solve(coarse, Settings(), silent())
     assert told.solution.objective == pytest.approx(12.0, rel=1e-4)
     assert told.check.passed
-    assert "it was better by" in told.check.sentence
+    assert "it found a solution that is better by" in told.check.sentence
 
 
 def test_an_answer_that_no_better_one_follows_does_not_hold(coarse: Solution) -> None:

@@ -20,8 +20,8 @@ FORCE = ("truss", "--objective", "peak-force", "--duration", "6")
 def test_a_cap_that_cannot_act_changes_nothing(caps, capsys) -> None:
     assert main([*FORCE, *caps]) == ExitCode.INFEASIBLE
     last = capsys.readouterr().err.splitlines()[-1]
-    assert "no motion is best: the least peak rope force is 12.2884 N" in last
-    assert "a limit that no motion attains" in last
+    assert "no minimum exists: the peak rope force can approach 12.2884 N" in last
+    assert "but not reach it" in last
 
 
 def test_a_motion_at_a_limit_says_so_and_ends_in_its_own_code() -> None:
@@ -31,7 +31,7 @@ def test_a_motion_at_a_limit_says_so_and_ends_in_its_own_code() -> None:
     limit, met = (LeastForce(12.0, attained, motion) for attained in (False, True))
     at = unattained_verdict(12.0 * (1 + 0.5 * AT_LIMIT), limit)
     assert at is not None
-    assert at.sentence.startswith("no motion is best")
+    assert at.sentence.startswith("no minimum exists")
     assert unattained_verdict(12.0 * (1 + 2 * AT_LIMIT), limit) is None
     assert unattained_verdict(12.0, met) is None
     result = Result("truss", "?", {}, verdict=at)

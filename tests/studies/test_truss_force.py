@@ -153,4 +153,4 @@ def test_the_second_objective_of_the_documents_example_is_found() -> None:
     # either objective is found to 3e-6
     assert values["peak-force"] <= 20.11698 * (1 + 5e-5 + 3e-6)
     assert 0.91 < values["peak-acceleration"] < 0.955
-    assert any("found from above" in remark for remark in outcome.remarks)
+    assert any("is an upper bound" in remark for remark in outcome.remarks)

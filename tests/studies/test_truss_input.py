@@ -37,7 +37,7 @@ def test_a_flag_that_is_given_twice_is_refused(capsys):
         (("--concession", "2"), "give a part below 1"),
         (("--duration", "2.."), "give both ends in seconds"),
         (("--results", ""), "name a folder"),
-        (("--resume", "nowhere"), "takes no other words, but --objective is given"),
+        (("--resume", "nowhere"), "allows no other arguments, but --objective is given"),
     ],
 )
 def test_contradictory_and_half_input_is_refused(words, said, capsys) -> None:

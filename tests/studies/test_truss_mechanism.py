@@ -105,7 +105,7 @@ def test_the_least_time_is_the_duration_at_which_a_cap_is_the_least_possible(key
 def test_caps_that_need_more_time_together_are_refused() -> None:
     mean = rope_travel(DYNAMIC_SET) / T
     # to 1.05 of the mean speed within T - T/1.05, at 22.05 times the mean speed per T
-    with pytest.raises(StudyError, match=f"the least possible is {22.05 * mean / T:.6g} m/s"):
+    with pytest.raises(StudyError, match=f"its minimum is {22.05 * mean / T:.6g} m/s"):
         check_feasible(stated(rope_speed=1.05 * mean, rope_acceleration=5 * mean / T), nothing)
     with pytest.raises(StudyError, match="they need at least"):
         check_feasible(stated(rope_speed=1.05 * mean, rope_jerk=40 * mean / T**2), nothing)
@@ -115,7 +115,7 @@ def test_the_least_rope_speed_alone_is_no_motion() -> None:
     limit = unattained(stated(minimise="peak-rope-speed"), nothing)
     assert limit is not None
     assert limit.value == pytest.approx(rope_travel(DYNAMIC_SET) / T, rel=1e-12)
-    assert str(limit.refusal).startswith("no motion is best: the least peak rope speed")
+    assert str(limit.refusal).startswith("no minimum exists: the peak rope speed")
     assert unattained(stated(minimise="peak-rope-speed", rope_acceleration=1.0), nothing) is None
 
 
@@ -125,7 +125,7 @@ def test_a_flag_and_a_drive_reach_the_study(tmp_path: Path, capsys) -> None:
     words = ["truss", "--objective", "energy", "--duration", "10", "--drive", str(drive)]
     assert main(words) == ExitCode.INFEASIBLE
     said = " ".join(capsys.readouterr().err.split())
-    assert "peak motor speed of at most 600 rad/s; the least possible is 660.987" in said
+    assert "peak motor speed of at most 600 rad/s; its minimum is 660.987" in said
 
 
 def solved(study: TrussStudy) -> dict[str, float]:
@@ -187,9 +187,13 @@ def test_where_nothing_is_found_under_a_torque_speed_curve_the_next_cap_is_relax
     drive = dataclasses.replace(DRUM, torque_speed=((50.0, 0.6), (150.0, 0.1)))
     study = stated(drive, "peak-motor-load", reaction=20.0, rope_jerk=3.0)
     told = io.StringIO()
-    with pytest.raises(StudyError, match="from 2 of 5 starts, as the seconds ended") as raised:
+    with pytest.raises(
+        StudyError, match="from 2 of 5 starts, because the time limit was reached"
+    ) as raised:
         best_motion(Question(study, Console(progress_to=told)))
-    relaxed = [line for line in told.getvalue().splitlines() if "is the least under" in line]
+    relaxed = [
+        line for line in told.getvalue().splitlines() if "minimum under the other caps" in line
+    ]
     assert relaxed[0].endswith("the other caps: peak rope jerk")
     assert raised.value.exit_code is ExitCode.NOT_SOLVED
     assert "a stronger motor, another gear ratio" in str(raised.value)
@@ -207,7 +211,9 @@ def test_a_cap_below_the_least_found_ends_the_search_before_its_other_starts(
     told = io.StringIO()
     console = Console(progress_to=told)
     planes = check_some_optimum(study, console)
-    with pytest.raises(CapsMissedError, match=r"1\.81\d* m/s is the least found for") as raised:
+    with pytest.raises(
+        CapsMissedError, match=r"peak rope speed found under the other caps is 1\.81\d* m/s"
+    ) as raised:
         best_motion(Question(study, console, planes))
     assert raised.value.exit_code is ExitCode.NOT_SOLVED
     assert "above its cap of 1.75 m/s" in str(raised.value)
@@ -225,7 +231,7 @@ def test_a_cap_above_the_least_found_is_searched_to_the_end(
     study = TrussStudy(minimise="peak-acceleration", duration=5.0, caps=caps, solver=options)
     told = io.StringIO()
     values = best_motion(Question(study, Console(progress_to=told))).deployment.values
-    assert "looking for what is the least under the other caps: peak rope speed" in told.getvalue()
+    assert "searching for the minimum under the other caps: peak rope speed" in told.getvalue()
     assert values["peak-rope-speed"] == pytest.approx(2.0, rel=1e-5)
 
 
@@ -281,7 +287,7 @@ def test_caps_that_no_single_one_is_to_blame_for_name_no_number_that_was_not_fou
     said = str(missed_cap.together(study, least, 1.0)).splitlines()
     assert said[-2].startswith("  peak rope speed [m/s]: 0.1, 0.103647, ")
     if others is None:  # no last number to raise a cap to
-        remedy = "loosen two of these caps or more, that on the peak rope speed to more than"
+        remedy = "relax at least two of these caps, the cap on the peak rope speed to more than"
         assert said[-1] == f"{remedy} 0.103647 m/s"
     else:
-        assert said[-1].startswith("raise a cap to more than its last number")
+        assert said[-1].startswith("raise a cap above the last number of its line")

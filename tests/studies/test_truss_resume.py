@@ -22,12 +22,12 @@ def test_after_kill_finished_starts_are_used(tmp_path: Path, capsys) -> None:
     out = tmp_path / "out"
     code, messages = stopped_at(STUDY, "start 1 of 3 (bezier): energy", signal.SIGKILL, out)
     assert code == -signal.SIGKILL
-    assert f"it goes on by: antenna-ocp truss --resume {out}" in messages
+    assert f"to resume after an interruption: antenna-ocp truss --resume {out}" in messages
     assert [file.name for file in out.glob("steps/*/*")] == ["forces-bezier.step"]
 
     assert main(["truss", "--resume", str(out), "--no-figures"]) == ExitCode.OK
     lines = capsys.readouterr().err.splitlines()
-    lines = [line for line in lines if "still at work" not in line]  # which repeats one
+    lines = [line for line in lines if "still working" not in line]  # which repeats one
     # the first start is taken over, the second agrees with it, so that the third is not needed
     assert [("in an earlier run" in line) for line in lines if ": energy" in line] == [True, False]
     record = json.loads((out / "verification.json").read_text())
@@ -50,7 +50,7 @@ def test_sigterm_keeps_the_best_and_says_how_to_go_on(
     code, messages = stopped_at(STUDY, words, signal.SIGTERM, out, where)
     assert code == ExitCode.INTERRUPTED
     assert "Traceback" not in messages
-    assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp truss --resume {out}")
+    assert messages.splitlines()[-1].endswith(f"to resume: antenna-ocp truss --resume {out}")
     assert Result.load(out).interrupted
 
 

@@ -103,7 +103,7 @@ def test_a_tip_off_brakes_and_goes_on() -> None:
     assert values(result, "peak-acceleration") == pytest.approx(least, rel=1e-6)
     assert law.motion([0.0]).speed[0] == pytest.approx(v0, rel=1e-12)
     assert result.laws == ("optimal",)
-    assert any("start at rest, so none of them is beside" in words for words in result.remarks)
+    assert any("start at rest, so none of them is compared" in words for words in result.remarks)
 
 
 @pytest.mark.parametrize(("start", "rate", "end"), [(45.0, 0.0, 90.0), (4.4, 20.0, 90.0)])

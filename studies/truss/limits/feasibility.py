@@ -100,7 +100,7 @@ class Unattained:
     @property
     def refusal(self) -> StudyError:
         """What is raised where an optimum is asked for."""
-        return _infeasible(f"no motion is best: {self.sentence}; {self.remedy}")
+        return _infeasible(f"no minimum exists: {self.sentence}; {self.remedy}")
 
 
 def unattained(
@@ -161,9 +161,9 @@ def _check_jerk(study: TrussStudy) -> None:
     if jerk is not None and jerk < least * (1 - ROUNDING):
         form = "" if path.start_speed else "32 D/T^3 = "
         raise _infeasible(
-            f"no motion deploys in {duration:g} s with a jerk cap of {jerk:.6g} rad/s^3; "
-            f"the least feasible cap is {form}{up(least)} rad/s^3, or lengthen the duration "
-            f"to at least {up(least_time(path.way, RateCaps(jerk=jerk), path.start_speed))} s"
+            f"no motion deploys in {duration:g} s with a jerk cap of {jerk:.6g} rad/s^3; raise the "
+            f"cap to at least {form}{up(least)} rad/s^3, or lengthen the duration to at least "
+            f"{up(least_time(path.way, RateCaps(jerk=jerk), path.start_speed))} s"
         )
 
 
@@ -208,10 +208,10 @@ def _check_margins(study: TrussStudy) -> None:
     at_rest = least_static_need(margin, study.truss, study.opening) >= need
     kind, asked = ("static", margin.required[0]) if at_rest else ("dynamic", margin.required[1])
     most = (1 + asked) * cap / need - 1
-    ask = f"ask for at most {down(100 * most)} %, or " if most > 0.0 else ""
+    ask = f"require at most {down(100 * most)} %, or " if most > 0.0 else ""
     raise _infeasible(
-        f"no motion keeps a {kind} margin of {100 * asked:g} %: with it the motor needs {up(need)} "
-        f"N for each rope, and it has {cap:.6g} N; {ask}take a motor that has more than that"
+        f"no motion keeps a {kind} margin of {100 * asked:g} %: this margin needs a motor of "
+        f"{up(need)} N for each rope, and the motor has {cap:.6g} N; {ask}use a stronger motor"
     )
 
 
@@ -227,9 +227,8 @@ def _check_mechanism(study: TrussStudy) -> None:
             continue
         raise _infeasible(
             f"no motion deploys in {duration:g} s with a {quantity.title} of at most {cap:.6g} "
-            f"{quantity.unit}; the least possible is {up(bound)} {quantity.unit} "
-            f"({quantity.proof.format(**words)}): raise the cap to more than that, or lengthen "
-            "the duration"
+            f"{quantity.unit}; its minimum is {up(bound)} {quantity.unit} "
+            f"({quantity.proof.format(**words)}): raise the cap above it, or lengthen the duration"
         )
 
     together = least_time_of_the_mechanism(study)
@@ -255,8 +254,8 @@ def _unattained_speed(study: TrussStudy) -> Unattained | None:
         return None
     return Unattained(
         mean,
-        f"the least peak rope speed is {mean:.6g} m/s, the mean, a limit that no motion attains "
-        "without jumps",
+        f"the peak rope speed can approach its mean, {mean:.6g} m/s, but only a motion with jumps "
+        "of the speed reaches it",
         "cap the rope's acceleration",
     )
 
@@ -272,8 +271,8 @@ def _unattained_time(study: TrussStudy) -> Unattained | None:
         return None
     return Unattained(
         least,
-        f"the least time is about {least:.4g} s, a limit that no motion attains without a jump of "
-        "the speed",
+        f"the time can approach about {least:.4g} s, but only a motion with a jump of the speed "
+        "reaches it",
         "cap the rope force, the acceleration or the jerk",
     )
 
@@ -294,7 +293,7 @@ def _unattained_force(
     return Unattained(
         least.force,
         least.sentence,
-        f"cap the jerk, or take less than {down(least.motion.duration, 3)} s",
+        f"cap the jerk, or choose a duration below {down(least.motion.duration, 3)} s",
     )
 
 
@@ -332,8 +331,7 @@ def _check_motor(study: TrussStudy, least_pull: Callable[[], LeastForce] | None)
         raise _infeasible(
             f"no motion deploys in {study.duration[1]:g} s with at most {cap:.6g} N of the motor "
             f"on each rope, its rotor included; every motion needs at least {up(max(bounds))} N: "
-            "raise the cap on the motor's force or torque to more than that, or lengthen the "
-            "duration"
+            "raise the cap on the motor's force or torque above it, or lengthen the duration"
         )
 
 
@@ -351,16 +349,16 @@ def _check_tension(study: TrussStudy) -> None:
             )
         if study.jerk_limited and floor > tension * (1 + ROUNDING):
             raise _infeasible(
-                f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} "
-                f"statics fix the tension of the last one to {down(tension)} N; lower "
-                "least_tension to that, or remove the jerk cap"
+                f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} the "
+                f"tension of the last one is {down(tension)} N, from statics; lower least_tension "
+                "to this value, or remove the jerk cap"
             )
         cap = force_cap(study)
         if cap is not None and floor / share > cap:
             raise _infeasible(
-                f"a least tension of {floor:g} N needs a motor force of {up(floor / share)} N at "
-                f"the {where}, above the force cap of {cap:g} N; lower the one to "
-                f"{down(share * cap)} N, or raise the other to that"
+                f"a minimum tension of {floor:g} N needs a motor force of {up(floor / share)} N at "
+                f"the {where}, above the force cap of {cap:g} N; lower least_tension to "
+                f"{down(share * cap)} N, or raise the force cap to {up(floor / share)} N"
             )
 
 
@@ -373,21 +371,21 @@ def _check_pull(study: TrussStudy) -> None:
             raise _infeasible(
                 f"no motion meets the acceleration cap of {caps.acceleration:g} rad/s^2: at "
                 f"{math.degrees(push.angle):.2f} deg the springs alone accelerate the truss by at "
-                f"least {up(push.acceleration)} rad/s^2, and ropes only pull; raise the cap to "
-                "more than that, or lengthen spring_free_length"
+                f"least {up(push.acceleration)} rad/s^2, and ropes cannot brake; raise the cap "
+                "above it, or lengthen spring_free_length"
             )
 
     least = least_time_of_pull(truss, caps, None, duration, study.opening)
     if math.isinf(least):
         raise _infeasible(
             "no motion comes to rest at the end: ropes only pull, and nothing else brakes the "
-            "truss where it has to slow down; lengthen spring_free_length"
+            "truss at the angles where it must slow down; lengthen spring_free_length"
         )
     if least > duration:
         raise _infeasible(
-            f"no motion deploys in {duration:g} s: ropes only pull, so that the truss brakes no "
-            f"faster than by its springs, net and friction, and that takes at least {up(least)} s "
-            "under the caps on its rates; lengthen the duration"
+            f"no motion deploys in {duration:g} s: ropes only pull, so only springs, net and "
+            f"friction brake the truss, and this takes at least {up(least)} s under the caps on "
+            f"its rates; lengthen the duration to at least {up(least)} s"
         )
 
 
@@ -399,7 +397,7 @@ def _check_pull_within(study: TrussStudy, cap: float) -> None:
     time = "" if math.isinf(least) else f"lengthen the duration to at least {up(least)} s, "
     raise _infeasible(
         f"no motion deploys in {study.duration[1]:g} s with at most {cap:g} N on each rope under "
-        f"the caps on its rates; {time}raise the force cap, or loosen another one"
+        f"the caps on its rates; {time}raise the force cap, or relax another cap"
     )
 
 
@@ -407,8 +405,9 @@ def _check_end_forces(study: TrussStudy, cap: float) -> None:
     where, least, _ = max(end_forces(study), key=lambda end: end[1])
     if study.jerk_limited and cap < least * (1 - ROUNDING):
         raise _infeasible(
-            f"no motion meets the force cap of {cap:g} N: at rest at the {where} statics need "
-            f"{up(least)} N on each rope; raise the cap to more than that, or remove the jerk cap"
+            f"no motion meets the force cap of {cap:g} N: to hold the truss at rest at the "
+            f"{where}, each rope needs {up(least)} N; raise the cap above it, or remove the jerk "
+            "cap"
         )
 
 
@@ -420,17 +419,17 @@ def _check_ridge(study: TrussStudy, cap: float) -> None:
     rates = [name for name in ("jerk", "acceleration") if getattr(study.caps, name) is not None]
     raise _infeasible(
         f"no motion meets the force cap of {cap:g} N: at {math.degrees(ridge.angle):.2f} deg every "
-        f"motion needs at least {up(ridge.force)} N on each rope, because under the "
-        f"{' and '.join(rates)} cap its inertia saves no more; raise the force cap to more than "
-        f"that, or loosen the cap on the {' or '.join(rates)}"
+        f"motion under the {' and '.join(rates)} cap needs at least {up(ridge.force)} N on each "
+        f"rope; raise the force cap above it, or raise the cap on the {' or '.join(rates)}"
     )
 
 
 def _check_force(study: TrussStudy, cap: float, least: LeastForce) -> None:
     if cap >= least.force * (1 - ROUNDING) and (least.attained or cap > least.force):
         return
-    limit = "" if least.attained else ", a limit that no motion attains"
+    limit = "" if least.attained else ", which no motion reaches"
     raise _infeasible(
         f"no motion deploys in {study.duration[1]:g} s with at most {cap:g} N on each rope; the "
-        f"least force without other caps is {up(least.force)} N{limit} (phase plane, global)"
+        f"minimum force without other caps is {up(least.force)} N{limit} (phase plane, global); "
+        "raise the force cap above it"
     )

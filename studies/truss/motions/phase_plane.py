@@ -58,8 +58,8 @@ class CrawlError(StudyError):
 
     def __init__(self) -> None:
         super().__init__(
-            "The phase plane gives no bound on the force here: friction slows motions near it to a "
-            "crawl, too long to integrate."
+            "The phase plane gives no bound on the force here: because of friction, motions near "
+            "the bound are too slow to integrate."
         )
 
 
@@ -118,11 +118,10 @@ class LeastForce:
     def sentence(self) -> str:
         """What to say of this bound."""
         if self.attained:
-            return f"least peak rope force without further caps: {self.force:.6g} N (phase plane)"
+            return f"minimum peak rope force without other caps: {self.force:.6g} N (phase plane)"
         return (
-            f"the least peak rope force is {self.force:.6g} N, a limit that no motion attains: it "
-            "would rest in the unstable equilibrium at "
-            f"{math.degrees(_slowest_angle(self.motion)):.2f} deg"
+            f"the peak rope force can approach {self.force:.6g} N but not reach it: it would rest "
+            f"in an unstable equilibrium at {math.degrees(_slowest_angle(self.motion)):.2f} deg"
         )
 
 
@@ -239,8 +238,8 @@ class PhasePlane:
             if motion is not None:
                 return motion
         raise StudyError(
-            f"the phase plane bounds no force: its motions stall at {limit:.6g} N, where statics "
-            "let them through"
+            f"the phase plane gives no bound on the force: its motions stall at {limit:.6g} N, "
+            "although statics allow them to pass"
         )
 
     def _join(self, force: float, driven: _Flow, braking: _Flow) -> FastestMotion:

@@ -132,9 +132,9 @@ def _lighter(question: Question, optimum: Optimum) -> tuple[Optimum, bool]:
     """An optimum at a lower price of the roughness, and whether the user has stopped that."""
     solution, console = optimum.solution, question.console
     problem = solution.problem
-    console.progress(f"{', '.join(optimum.starts)}: again at a lighter smoothness")
+    console.progress(f"{', '.join(optimum.starts)}: solving again with a smaller smoothness weight")
     lighter = question.kept.step(
-        "a lighter smoothness",
+        "a smaller smoothness weight",
         lambda: at_a_light_price(
             problem,
             question.statements.of[problem],

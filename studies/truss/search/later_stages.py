@@ -53,11 +53,11 @@ def later_stages(
             console.progress(f"{label}: done")
             if level.gap > 0.0:
                 remarks.append(
-                    f"The {label} was found from above: at this optimum it may be less by "
-                    f"{100 * level.gap:.2g} % at most."
+                    f"The {label} found is an upper bound: its minimum at this optimum may be up "
+                    f"to {100 * level.gap:.2g} % smaller."
                 )
         elif level.error is not None and not found.interrupted:
-            remarks.append(f"The stage '{label}' failed and was left out: {level.error}")
+            remarks.append(f"The objective '{label}' failed and was left out: {level.error}")
     return found, remarks
 
 
@@ -75,9 +75,9 @@ def in_order(study: TrussStudy, found: Lexicographic) -> str:
             assert level.held is not None
             used = max(value - level.value, 0.0) / (level.held - level.value)
             words.append(
-                f"for the later objectives the {title} rises from {number(level.value, 6)} to "
-                f"{number(value, 6)} {unit}, {100 * used:.0f} % of its concession "
-                f"({100 * study.concession:g} %)"
+                f"to improve the later objectives, the {title} rises from {number(level.value, 6)} "
+                f"to {number(value, 6)} {unit}, which is {100 * used:.0f} % of the allowed "
+                f"concession ({100 * study.concession:g} %)"
             )
     return "; ".join(words[1:] + words[:1])
 

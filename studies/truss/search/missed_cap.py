@@ -80,10 +80,10 @@ class HardCap:
             return
         count = len(least.trials)
         raise CapsMissedError(
-            f"no motion was found: under the other caps {up(value)} {unit} is the least found for "
-            f"the {self.quantity.title} (local: best of {count} start{'s' * (count > 1)}), above "
-            f"its cap of {self.value:g} {unit}; raise that cap to more than this, or loosen "
-            f"another one{self.margins_in_words(least)}{curve_in_words(study)}; this is no proof "
+            f"no motion was found: the minimum {self.quantity.title} found under the other caps "
+            f"is {up(value)} {unit} (local: best of {count} start{'s' * (count > 1)}), above its "
+            f"cap of {self.value:g} {unit}; raise this cap above the minimum found, or relax "
+            f"another cap{self.margins_in_words(least)}{curve_in_words(study)}; this is no proof "
             "that there is none",
             ExitCode.NOT_SOLVED,
         )
@@ -102,8 +102,8 @@ class HardCap:
         if self.kept_by(least):
             return f"a motion with a {title} of {value:.6g} {unit} meets the caps"
         return (
-            f"under the other caps {up(value)} {unit} is the least found for the {title} (local): "
-            f"raise its cap to that, or loosen another one{self.margins_in_words(least)}"
+            f"the minimum {title} found under the other caps is {up(value)} {unit} (local): raise "
+            f"its cap to this value, or relax another cap{self.margins_in_words(least)}"
         )
 
     def margins_in_words(self, least: BestMotion) -> str:
@@ -115,7 +115,10 @@ class HardCap:
         for kind in KINDS:
             case, k = travel.worst(kind)
             margins.append(f"{down(100 * case.margins[kind][k], 3)} %")
-        return f"; the motion with that least keeps {margins[0]} at rest and {margins[1]} in motion"
+        return (
+            f"; the motion with this minimum keeps margins of {margins[0]} at rest and "
+            f"{margins[1]} in motion"
+        )
 
 
 def hard_caps(study: TrussStudy) -> tuple[HardCap, ...]:
@@ -137,7 +140,7 @@ def together(
         That each search may take [s].
     """
     caps = hard_caps(study)
-    lines = ["cap: stated, least alone, least with the others"]
+    lines = ["cap: given value, minimum with this cap alone, minimum with all caps"]
     one_is_enough, raised = False, ""
     for cap in caps:
         alone = cap.lifted(study, seconds)
@@ -147,7 +150,7 @@ def together(
         words = ", ".join("none found" if value is None else up(value) for value in values)
         unit = cap.quantity.unit
         if values[0] is not None and values[0] > cap.enough:
-            raised += f", that on the {cap.quantity.title} to more than {up(values[0])} {unit}"
+            raised += f", the cap on the {cap.quantity.title} to more than {up(values[0])} {unit}"
         one_is_enough |= values[1] is not None
         lines.append(f"  {cap.quantity.title} [{unit}]: {cap.value:g}, {words}")
 
@@ -155,16 +158,16 @@ def together(
     patient = replace(study, minimise="time", duration=(low, _MORE_TIME * high))
     options = replace(study.solver, starts=first_of_each_kind(study.solver.starts), seconds=seconds)
     enough = least(replace(patient, solver=options), "time")
-    remedy = f"loosen two of these caps or more{raised}"
+    remedy = f"relax at least two of these caps{raised}"
     if one_is_enough:
-        remedy = "raise a cap to more than its last number"
+        remedy = "raise a cap above the last number of its line"
     if enough is not None and enough > high:
         remedy += f", or allow more than {high:g} s: a motion of {up(enough)} s keeps all of them"
     return CapsMissedError(
         "\n".join(
             [
-                "no motion was found that keeps these caps together (this is no proof that there "
-                "is none)",
+                "no motion was found that keeps all of these caps (this is no proof that there is "
+                "none)",
                 *lines,
                 f"{remedy}{curve_in_words(study)}",
             ]
@@ -183,8 +186,8 @@ def curve_in_words(study: TrussStudy) -> str:
     if cap_on(study.caps, study.drive, CURVE) is None:
         return ""
     return (
-        "; the torque-speed curve holds there too: a stronger motor, another gear ratio or a "
-        "longer duration asks less of it"
+        "; the torque-speed curve applies as well: use a stronger motor, another gear ratio or a "
+        "longer duration"
     )
 
 

@@ -62,7 +62,9 @@ def best_motion(question: Question) -> BestMotion:
         return best
     if best.interrupted:  # what was found is no motion that the rope can pull
         raise StudyError(STOPPED, ExitCode.INTERRUPTED)
-    question.console.progress("the rope would have to push: again with forces in the problem")
+    question.console.progress(
+        "the rope would have to push: solving again with the rope forces in the problem"
+    )
     again = replace(question, checked=question.planes, rope_pulls=True, statements=Statements())
     best = _from_all_starts(again, least)
     pulled = "The rope's pull limits this motion (T1 >= 0 is active)."
@@ -79,7 +81,9 @@ def _from_all_starts(question: Question, least: Least) -> BestMotion:
         # a search for a least value is part of the table itself
         if question.enough is not None or count < 2:
             raise
-        question.console.progress("no motion keeps the caps together: the least of each")
+        question.console.progress(
+            "no motion was found that keeps all caps: searching the minimum of each capped quantity"
+        )
         share = question.some_left() / (2 * count + 1)
         found = functools.partial(_least_value, question.console)
         raise together(question.study, found, share) from missed
@@ -144,7 +148,7 @@ def _check_the_least(question: Question, soon: Trial, least: Least) -> None:
     """Refuse a hard cap below the least found of what it is on; Interrupted if stopped."""
     hard = hard_cap(question.study)
     assert hard is not None
-    question.console.progress(f"{soon.name}: no motion was found at once")
+    question.console.progress(f"{soon.name}: no motion was found in the first attempt")
     if (found := least()) is not None:
         if found.interrupted:
             raise Interrupted(STOPPED)
@@ -235,7 +239,7 @@ def _from_the_least_relaxation(
             if hard.kept_by(found) and not interrupted:
                 return _from_another_start(question, found)
         elif hard is None and question.enough is None:
-            question.console.progress("no motion was found: looking for the least relaxation")
+            question.console.progress("no motion was found: searching for the smallest relaxation")
             problem = question.problem_from_start("bezier")
             needed = relaxation_in_words(problem, question.console.live) or needed
     except (OcpError, NoMotionError) as failed:
@@ -268,7 +272,7 @@ def _least_of_the_hard_cap(question: Question) -> BestMotion | None:
     hard = hard_cap(question.study)
     assert hard is not None
     title = hard.quantity.title
-    question.console.progress(f"looking for what is the least under the other caps: {title}")
+    question.console.progress(f"searching for the minimum under the other caps: {title}")
     try:
         lifted = hard.lifted(question.study, question.some_left())
         kept = question.kept.within(f"least {hard.key}")

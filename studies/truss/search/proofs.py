@@ -85,12 +85,12 @@ class PhasePlanes:
 
     @cached_property
     def _force_or_why(self) -> LeastForce | StudyError:
-        self.progress("phase plane: least force without further caps")
+        self.progress("phase plane: minimum force without other caps")
         return self._least_or_why(lambda: self._of_the_rope)
 
     @cached_property
     def _pull_or_why(self) -> LeastForce | StudyError:
-        self.progress("phase plane: least force of the motor with its rotor")
+        self.progress("phase plane: minimum force of the motor with its rotor")
         return self._least_or_why(lambda: self._of_the_motor)
 
     def _least_or_why(self, plane: Callable[[], PhasePlane]) -> LeastForce | StudyError:

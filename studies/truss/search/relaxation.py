@@ -28,7 +28,7 @@ def relaxation_in_words(problem: Problem, progress: Callable[[str], None]) -> st
         found = relaxed(problem, keep=ends, settings=settings, progress=progress)
     except (OcpError, KeyboardInterrupt):
         return ""
-    return "; ".join(map(str, found.items)) or "none: on one mesh a motion meets all limits"
+    return "; ".join(map(str, found.items)) or "none: on one mesh, a motion meets all limits"
 
 
 def none_found(
@@ -44,9 +44,11 @@ def none_found(
     """
     starts = f"{len(names)} start{'s' * (len(names) > 1)}"
     if tried < len(names):  # the budget ended before the others
-        starts = f"{tried} of {starts}, as the seconds ended; raise --seconds to try more"
+        starts = (
+            f"{tried} of {starts}, because the time limit was reached; raise --seconds to try more"
+        )
     return StudyError(
-        f"no motion was found from {starts}; the least relaxation found: {needed}; "
-        f"from {names[0]}: {error}",
+        f"no motion was found from {starts}; the smallest relaxation found: {needed}; from "
+        f"{names[0]}: {error}",
         ExitCode.INTERRUPTED if interrupted else ExitCode.NOT_SOLVED,
     )

@@ -119,9 +119,9 @@ def price_in_words(statement: Statement, solution: Solution) -> str | None:
     if share <= BOUND_MET or not share_is_all(statement):
         return None
     return (
-        f"Smoothness has a price of {100 * share:.2g} % of the objective here: the solver found no "
-        "verified motion at a lower one, and a rougher motion may be better. A lower jerk cap "
-        "makes the optimum definite."
+        f"The smoothness term costs {100 * share:.2g} % of the objective: the solver found no "
+        "verified motion with a smaller weight. A less smooth motion may be better. With a lower "
+        "jerk cap the optimum is unique."
     )
 
 

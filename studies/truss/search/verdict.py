@@ -57,7 +57,11 @@ def unattained_verdict(peak_force: float, least: LeastForce | None) -> Verdict |
     if least is None or least.attained or peak_force > least.force * (1 + AT_LIMIT):
         return None
     gap = peak_force / least.force - 1
-    return Verdict("unattained", f"no motion is best: {least.sentence}; this one is {gap:.1e} off")
+    return Verdict(
+        "unattained",
+        f"no minimum exists: {least.sentence}; this motion is above the limit by {gap:.1e} "
+        "(relative)",
+    )
 
 
 def global_verdict(study: TrussStudy, value: float, bound: float, basin: Basin) -> Verdict:
@@ -83,14 +87,20 @@ def local_verdict(
     if audit.interrupted:
         kind += ", then interrupted"
     elif late and left_out > 0:
-        kind += f", {left_out} left out when the {study.solver.seconds:g} s were used up"
+        kind += f", {left_out} not tried because the {study.solver.seconds:g} s were over"
 
     listed = "; ".join(
         f"{basin.value:.6g}{_in_words(study, basin)} from {', '.join(basin.starts)}"
         for basin in found
     )
-    gap = f"; its bound leaves room for {100 * (1 - bound / value):.3g} % less" if bound else ""
-    words = f"{kind}; {len(found)} basin{'s' * (len(found) > 1)} found: {listed}{gap}"
+    gap = (
+        f"; proven lower bound {bound:.6g}, {100 * (1 - bound / value):.3g} % below it"
+        if bound
+        else ""
+    )
+    words = (
+        f"{kind}; {len(found)} local optim{'a' if len(found) > 1 else 'um'} found: {listed}{gap}"
+    )
     return Verdict("local", words)
 
 

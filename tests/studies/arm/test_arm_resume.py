@@ -66,7 +66,7 @@ def test_a_motion_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) 
     monkeypatch.setattr(study_solver, "solve", Counted(stopped_at=3))
     assert main([*STUDY, "--results", str(out)]) == ExitCode.INTERRUPTED
     messages = capsys.readouterr().err
-    assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp arm solve --resume {out}")
+    assert messages.splitlines()[-1].endswith(f"to resume: antenna-ocp arm solve --resume {out}")
     assert len(list(out.glob("steps/*/solve*"))) == 2
 
     monkeypatch.setattr(study_solver, "solve", solve)
@@ -84,7 +84,7 @@ def test_a_front_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) -
     monkeypatch.setattr(study_solver, "solve", Counted(stopped_at=3))
     assert main([*front, "--results", str(out)]) == ExitCode.INTERRUPTED
     messages = capsys.readouterr().err
-    assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp pareto arm --resume {out}")
+    assert messages.splitlines()[-1].endswith(f"to resume: antenna-ocp pareto arm --resume {out}")
     assert len(list(out.glob("steps/*/solve*"))) == 2
 
     # the third solve is the first that is not there
@@ -98,7 +98,7 @@ def test_a_front_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) -
 def test_resume_takes_no_other_words(tmp_path: Path, capsys) -> None:
     words = ["arm", "solve", "--resume", str(tmp_path)]
     assert main([*words, "--drive", "angle"]) == ExitCode.BAD_INPUT
-    assert "takes no other words, but --drive is given" in capsys.readouterr().err
+    assert "allows no other arguments, but --drive is given" in capsys.readouterr().err
     assert main(words) == ExitCode.BAD_INPUT
     assert "no results folder with an input.toml" in capsys.readouterr().err
 

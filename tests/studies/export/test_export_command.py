@@ -251,7 +251,7 @@ def test_what_is_impossible_by_proof_is_said_with_the_limit_as_stated(
     words = ("--to", "pvt", "--drive", drive, "--output", tmp_path / "t", "--within-limits")
     assert export(folder, *words) == 3
     said = " ".join(complaint(capsys).split())
-    assert "at most 1.6 m/s; the least possible is 1.65247 m/s" in said
+    assert "at most 1.6 m/s; its minimum is 1.65247 m/s" in said
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,9 @@ def test_margins_need_a_motor_to_be_kept() -> None:
 def test_a_margin_that_statics_break_is_refused_with_the_number_to_ask_for() -> None:
     refused = stated("energy", dataclasses.replace(KEPT, static=1.3))
     # 2.3 times the static 39.6438 N
-    with pytest.raises(StudyError, match=r"needs 91\.18\d* N .*has 87\.5 N; ask for") as error:
+    with pytest.raises(
+        StudyError, match=r"needs a motor of 91\.18\d* N .*has 87\.5 N; require"
+    ) as error:
         check_some_optimum(refused, silent())
     most = float(str(error.value).split("at most ")[1].split(" %")[0])
     assert most == pytest.approx(100 * (STALL / 39.6438 - 1), abs=0.01)
@@ -125,10 +127,10 @@ def test_a_margin_that_statics_break_is_refused_with_the_number_to_ask_for() -> 
 def test_a_margin_that_no_motion_was_found_to_keep_comes_with_what_one_keeps() -> None:
     """At rest 2.14 times the static force is 84.8 N of 87.5, but the motor has to move, too."""
     asked = dataclasses.replace(KEPT, static=1.14)
-    with pytest.raises(StudyError, match="the motion with that least keeps") as error:
+    with pytest.raises(StudyError, match="the motion with this minimum keeps") as error:
         run(stated("energy", asked), silent())
     assert error.value.exit_code is ExitCode.NOT_SOLVED
-    words = str(error.value).split("that least keeps ")[1]
+    words = str(error.value).split("keeps margins of ")[1]
     static, dynamic = (float(part.split(" %")[0]) for part in words.split(" and "))
     assert 0.0 < static < 114.0
     assert dynamic > 0.0

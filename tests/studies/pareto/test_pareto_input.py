@@ -84,7 +84,7 @@ def test_what_cannot_be_asked_is_refused(raw, words):
                 "0.1",
             ],
             3,
-            "the least feasible cap is 32 D/T^3",
+            "raise the cap to at least 32 D/T^3",
         ),
         (
             [

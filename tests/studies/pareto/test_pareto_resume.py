@@ -37,7 +37,7 @@ def test_a_front_that_was_stopped_goes_on_with_the_same_result(
     out = tmp_path / "out"
     ended, messages = stopped_at(STUDY, words, number, out)
     assert ended == code
-    assert f"goes on by: antenna-ocp pareto truss --resume {out}" in messages
+    assert f"to resume after an interruption: antenna-ocp pareto truss --resume {out}" in messages
     assert len(list(out.glob("steps/*/point-*"))) >= kept
 
     assert main([*RESUME, str(out)]) == ExitCode.OK

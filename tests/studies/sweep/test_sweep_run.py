@@ -284,7 +284,7 @@ def test_a_sweep_that_is_stopped_says_how_it_goes_on_with_its_flags(
         assert swept(study, out, "--coarse") == ExitCode.INTERRUPTED
     again = ["sweep", str(out / "input.toml"), "--results", str(out)]
     said = " ".join(capsys.readouterr().err.split())
-    assert f"go on by: antenna-ocp {' '.join(again)}" in said
+    assert f"to resume: antenna-ocp {' '.join(again)}" in said
     assert main([*again, "--plan"]) == ExitCode.OK
     assert "coarse meshes" in capsys.readouterr().out  # the file of the user says full ones
 
