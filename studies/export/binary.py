@@ -6,8 +6,6 @@ import io
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from ocp.arrays import Array
 from studies.common.columns import NOTHING, about, flat
 from studies.common.exit_codes import StudyError
@@ -31,18 +29,6 @@ def write_mat(
     return file.getvalue()
 
 
-def read_mat(content: bytes) -> dict[str, Array]:
-    """Columns of what `write_mat` wrote."""
-    from scipy.io import loadmat
-
-    loaded = loadmat(io.BytesIO(content))
-    return {
-        name: np.ravel(values)
-        for name, values in loaded.items()
-        if not name.startswith("__") and name not in ("units", "about")
-    }
-
-
 def write_parquet(
     result: Result, columns: Mapping[str, Array], first: Mapping[str, str] = NOTHING
 ) -> bytes:
@@ -53,7 +39,14 @@ def write_parquet(
     StudyError
         If pyarrow is not installed.
     """
-    arrow, parquet = _arrow()
+    try:
+        import pyarrow as arrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise StudyError(
+            "parquet needs the package pyarrow; install it with pip install 'antenna-ocp[parquet]'"
+        ) from error
+
     fields = [
         arrow.field(name, arrow.float64(), metadata={"unit": result.arrays[name].unit})
         for name in columns
@@ -65,23 +58,5 @@ def write_parquet(
     return file.getvalue()
 
 
-def read_parquet(content: bytes) -> dict[str, Array]:
-    """Columns of what `write_parquet` wrote."""
-    _, parquet = _arrow()
-    table = parquet.read_table(io.BytesIO(content))
-    return {name: table[name].to_numpy() for name in table.column_names}
-
-
 def _about(result: Result, first: Mapping[str, str]) -> str:
     return "\n".join(comments(flat(about(result, first)), ""))
-
-
-def _arrow() -> tuple[Any, Any]:
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError as error:
-        raise StudyError(
-            "parquet needs the package pyarrow; install it with pip install 'antenna-ocp[parquet]'"
-        ) from error
-    return pyarrow, pyarrow.parquet

@@ -13,7 +13,6 @@ from studies.drive.course import Course
 from studies.export.polynomials import Segments
 from studies.export.templates import compiled
 
-REALS = ("double", "float")
 _DIGITS = {"double": 17, "float": 9}  # with which each number comes back
 _SUFFIX = {"double": "", "float": "f"}
 CHECKS = 100_001  # times at which the code is held against its course: its rounding is noise

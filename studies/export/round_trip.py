@@ -309,10 +309,10 @@ def _of_the_truss(
             share = of_the_motor["load"]
             values["largest share of the torque-speed curve [1]"] = share[0]
             limited.append((share, "torque-speed curve", "of it", 1.0))
-    for (value, time), name, unit, limit in limited:
+    for peak, name, unit, limit in limited:
         if limit is not None:
-            breaches += _breach(name, unit, value, limit, time)
-            values[f"margin of the {name} [1]"] = limit / value - 1.0
+            breaches += _breach(name, unit, peak, limit)
+            values[f"margin of the {name} [1]"] = limit / peak[0] - 1.0
     return values, breaches
 
 
@@ -342,15 +342,13 @@ def _against_limits(output: Playback, drive: Drive, unit: str) -> list[Breach | 
     for order, (name, limit) in enumerate(zip(names, limits, strict=True), start=1):
         if limit is not None:
             per = f"{unit}/s" + (f"^{order}" if order > 1 else "")
-            breaches += _breach(name, per, *_swapped(output.peak(order), limit))
+            breaches += _breach(name, per, output.peak(order), limit)
     return breaches
 
 
-def _swapped(peak: tuple[float, float], limit: float) -> tuple[float, float, float]:
-    return peak[0], limit, peak[1]
-
-
-def _breach(name: str, unit: str, value: float, limit: float, time: float) -> list[Breach]:
+def _breach(name: str, unit: str, peak: tuple[float, float], limit: float) -> list[Breach]:
+    """The breach of a limit by a peak and its time; none where it is kept."""
+    value, time = peak
     if value <= limit * (1 + TOLERANCE):
         return []
     return [Breach(name, unit, value, limit, time)]

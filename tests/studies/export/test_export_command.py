@@ -13,8 +13,8 @@ from studies.common import columns as text
 from studies.common.columns import Dialect
 from studies.common.result import Result
 from studies.drive.drum import Drum
-from studies.export import binary, command
-from tests.studies.export.command_line import complaint, export, rubbed
+from studies.export import work
+from tests.studies.export.command_line import complaint, export, read_mat, rubbed
 
 Write = Callable[[str], Path]
 
@@ -73,7 +73,7 @@ def test_many_points_are_told(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(command, "MANY", 8)
+    monkeypatch.setattr(work, "MANY", 8)
     export(folder, "--to", form, "--step", 0.5, "--output", tmp_path / "many")
     assert "writing" in (told := capsys.readouterr().err)
     assert "9 points" in told
@@ -265,7 +265,7 @@ def test_columns_hold_the_set_points_that_their_record_is_about(
     read: dict[str, Callable[[Path], dict[str, np.ndarray]]] = {
         "csv": lambda file: text.read_csv(file.read_text("utf-8"), Dialect()),
         "json": lambda file: text.read_json(file.read_text("utf-8")),
-        "mat": lambda file: binary.read_mat(file.read_bytes()),
+        "mat": lambda file: read_mat(file.read_bytes()),
     }
     hauled = []
     for lines in ("", yielding, drum + yielding):

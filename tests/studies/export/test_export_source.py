@@ -6,10 +6,10 @@ import pytest
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result, Series
 from studies.drive import Drive
-from studies.export.command import _drive
 from studies.export.formats import TABLES, Spacing, tabulated
 from studies.export.round_trip import round_trip
 from studies.export.source import source_of, with_motion
+from studies.export.work import _drive
 from studies.truss.config import as_dictionary, study_from
 
 
