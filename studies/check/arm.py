@@ -358,16 +358,14 @@ def _beside(study: ArmStudy, console: Console, optimum: bool) -> tuple[list[Lock
     if optimum:
         try:
             best = solve_stage(stage, caps=study.caps, solver=StudySolver(live=console.live))
-            found.append(best.replay("torque", elements=study.elements, modes=study.modes))
+            replayed = best.replay("torque", elements=study.elements, modes=study.modes)
+            named = dataclasses.replace(replayed.motion, name=OPTIMUM)
+            found.append(dataclasses.replace(replayed, motion=named))
             remark = "optimum: the smoothest motion under the same caps, local"
         except (StudyError, ModelError) as error:
             remark = f"the profile is compared with no optimum: {error}"
-    found += [replay_law(stage, unit_law(name, stage.duration), "torque") for name in LAWS]
-    if found and optimum and found[0].motion.name not in LAWS:
-        found[0] = dataclasses.replace(
-            found[0], motion=dataclasses.replace(found[0].motion, name=OPTIMUM)
-        )
-    return found, remark
+    laws = (replay_law(stage, unit_law(name, stage.duration), "torque") for name in LAWS)
+    return [*found, *laws], remark
 
 
 def _criteria(

@@ -42,7 +42,7 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
 
     study = study_from(result.configuration)
     columns = {name: series.values for name, series in result.arrays.items()}
-    laws = deployments_of(result, study, columns)
+    laws = deployments_of(result)
     yield "rows", rows_figure(result, laws[0], columns)
     yield "motion", motion_figure(study, laws, columns)
     yield "rope", rope_figure(laws)
@@ -50,10 +50,10 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     yield "overview", overview_figure(laws)
 
 
-def deployments_of(
-    result: Result, study: TrussStudy, columns: Mapping[str, Array]
-) -> list[Deployment]:
+def deployments_of(result: Result) -> list[Deployment]:
     """The profile, the optimum where there is one, and the paper's laws."""
+    study = study_from(result.configuration)
+    columns = {name: series.values for name, series in result.arrays.items()}
     law = stored_law(columns)
     laws = [Deployment(result.laws[0], law, study.truss)]
     if f"{OPTIMUM}/time" in columns:

@@ -18,7 +18,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.layout import Layout, clock, layout_of
-from studies.check.reading.table import RawTable, refuse
+from studies.check.reading.table import RawTable, below_the_header, refuse
 from studies.common.exit_codes import quoted
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
@@ -65,11 +65,10 @@ def read_delimited(path: Path) -> RawTable:
     def column(places: tuple[int, ...]) -> list[Array]:
         return _columns(path, layout, places)
 
-    def line_of(row: int) -> str:
-        return f"row {row + 1} below the header"
-
     found = layout.table
-    return RawTable(path, found.headers, column, str(layout), line_of, found.columns, found.period)
+    return RawTable(
+        path, found.headers, column, str(layout), below_the_header, found.columns, found.period
+    )
 
 
 def _layout(path: Path) -> TextLayout:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import struct
-import zipfile
-import zlib
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.delimited import read_delimited
 from studies.check.reading.layout import clock, layout_of
-from studies.check.reading.table import RawTable, refusal, refuse
+from studies.check.reading.table import RawTable, below_the_header, refusal, refuse
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.foreign_text import parsed_json
 
-MOST_UNPACKED = 400_000_000  # bytes of what a file packs: ten million rows of five columns
-PIECE = 1_000_000  # bytes that are unpacked at a time
 MOST_COLUMNS = 64  # of a matrix
 DEEP = 4  # structures within structures
 SHEET_HEAD = 2000  # rows of a sheet from which its layout is told
@@ -36,7 +32,6 @@ _SIGNATURES: tuple[tuple[bytes, str], ...] = (
 )
 _MATLAB = b"MATLAB 5.0 MAT-file"
 _MATLAB_7_3 = b"MATLAB 7.3 MAT-file"
-_PACKED = 15  # type of a packed element in a .mat file
 _ZIP = b"PK\x03\x04"
 
 
@@ -72,19 +67,20 @@ def read_table(path: Path) -> RawTable:
     return read_delimited(path)
 
 
-def stored(path: Path, columns: Mapping[str, Array], dialect: str) -> RawTable:
-    """A table of columns that are at hand; those of other lengths are refused when asked for."""
-    names = tuple(columns)
+def _of_columns(
+    path: Path, names: Sequence[str], numbers: Callable[[int], Array], dialect: str
+) -> RawTable:
+    """A table whose columns become numbers when they are asked for: others may hold texts."""
 
     def column(places: tuple[int, ...]) -> list[Array]:
-        chosen = [columns[names[place]] for place in places]
-        lengths = {names[place]: columns[names[place]].size for place in places}
+        chosen = {names[place]: numbers(place) for place in places}
+        lengths = {name: values.size for name, values in chosen.items()}
         if len(set(lengths.values())) > 1:
             counts = ", ".join(f"{name} has {size}" for name, size in lengths.items())
             refuse(path, f"has columns of different lengths: {counts}; give one value an instant")
-        return chosen
+        return list(chosen.values())
 
-    return RawTable(path, names, column, dialect)
+    return RawTable(path, tuple(names), column, dialect)
 
 
 def _numbers(path: Path, name: str, values: Any) -> Array:
@@ -125,25 +121,14 @@ def _from_json(path: Path) -> RawTable:
             columns[header] = values
     if not columns:
         refuse(path, "is JSON without columns; give an object of lists, one a column")
-    return _lazy(path, columns, "JSON")
-
-
-def _lazy(path: Path, columns: Mapping[str, list[Any]], dialect: str) -> RawTable:
-    """A table whose cells become numbers when they are asked for: other columns may hold texts."""
-    names = tuple(columns)
-
-    def column(places: tuple[int, ...]) -> list[Array]:
-        chosen = {names[k]: _numbers(path, names[k], columns[names[k]]) for k in places}
-        return stored(path, chosen, dialect).column(tuple(range(len(chosen))))
-
-    return RawTable(path, names, column, dialect)
+    names = list(columns)
+    return _of_columns(path, names, lambda k: _numbers(path, names[k], columns[names[k]]), "JSON")
 
 
 def _from_matlab(path: Path) -> RawTable:
     """Vectors of a .mat file, those in structures too, under their own names."""
     from scipy.io import loadmat
 
-    _check_unpacked(path)
     try:
         content = loadmat(path, squeeze_me=True, struct_as_record=False)
     except NotImplementedError:
@@ -151,50 +136,11 @@ def _from_matlab(path: Path) -> RawTable:
     except Exception as error:  # a damaged file ends in whatever the reader stumbles over
         refuse(path, f"cannot be read as a MATLAB file ({error}); save it with -v7, or as CSV")
 
-    columns = dict(_vectors(content))
-    if not columns:
+    vectors = dict(_vectors(content))
+    if not vectors:
         refuse(path, "holds no vector of numbers; save time and angle as vectors")
-    return stored(path, columns, "MATLAB")
-
-
-def _check_unpacked(path: Path) -> None:
-    """Refuse a .mat file whose packed variables are larger than memory is for.
-
-    It is a header of 128 bytes, and elements of a tag, a size and so many bytes; those of the type
-    15 are packed (MAT-File Format, MathWorks, "Level 5 MAT-File Format").
-    """
-    total = 0
-    with path.open("rb") as file:
-        order = "<" if file.read(128)[126:] == b"IM" else ">"
-        while len(tag := file.read(8)) == 8:
-            kind, size = struct.unpack(f"{order}II", tag)
-            if kind != _PACKED:
-                file.seek(size, 1)
-                continue
-            total += _unpacked_size(file, size, MOST_UNPACKED - total)
-            if total > MOST_UNPACKED:
-                refuse(
-                    path,
-                    f"unpacks to more than {MOST_UNPACKED / 1e6:.0f} MB; save the time and the "
-                    "angle alone",
-                )
-
-
-def _unpacked_size(file: BinaryIO, size: int, most: int) -> int:
-    """Bytes that packed ones of a file unpack to, or a number above the most; none are kept."""
-    unpacker, total, left = zlib.decompressobj(), 0, size
-    while left > 0 and total <= most:
-        packed = file.read(min(left, PIECE))
-        if not packed:
-            break
-        left -= len(packed)
-        while packed and total <= most:
-            try:
-                total += len(unpacker.decompress(packed, PIECE))
-            except zlib.error:  # said by the reader itself
-                return total
-            packed = unpacker.unconsumed_tail
-    return total
+    columns = list(vectors.values())
+    return _of_columns(path, list(vectors), lambda k: columns[k], "MATLAB")
 
 
 def _vectors(content: Any, inside: str = "", depth: int = 0) -> list[tuple[str, Array]]:
@@ -229,18 +175,6 @@ def _from_excel(path: Path) -> RawTable:
         refuse(path, "is an Excel file; install antenna-ocp[excel] to read it, or save it as CSV")
 
     try:
-        with zipfile.ZipFile(path) as parts:
-            size = sum(part.file_size for part in parts.infolist())
-    except (OSError, zipfile.BadZipFile) as error:
-        refuse(path, f"cannot be read as an Excel file ({error}); save it as CSV")
-    if size > MOST_UNPACKED:
-        refuse(
-            path,
-            f"unpacks to more than {MOST_UNPACKED / 1e6:.0f} MB; save the time and the angle "
-            "alone, as CSV",
-        )
-
-    try:
         book = load_workbook(path, read_only=True, data_only=True)
         sheets = [(sheet.title, list(sheet.iter_rows(values_only=True))) for sheet in book]
         book.close()
@@ -264,13 +198,12 @@ def _table_of(path: Path, rows: list[tuple[Any, ...]], dialect: str) -> RawTable
         return None
     body = [row for row in cells[layout.first :] if any(row)]
 
-    def column(places: tuple[int, ...]) -> list[Array]:
-        return [
-            _numbers(path, layout.headers[k], [row[k].replace(decimal, ".") for row in body])
-            for k in places
-        ]
+    def numbers(k: int) -> Array:
+        return _numbers(path, layout.headers[k], [row[k].replace(decimal, ".") for row in body])
 
-    def line_of(row: int) -> str:
-        return f"row {row + 1} below the header"
-
-    return RawTable(path, layout.headers, column, dialect, line_of, layout.columns, layout.period)
+    return dataclasses.replace(
+        _of_columns(path, layout.headers, numbers, dialect),
+        line_of=below_the_header,
+        columns=layout.columns,
+        period=layout.period,
+    )

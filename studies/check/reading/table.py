@@ -40,6 +40,11 @@ class RawTable:
     period: str = ""
 
 
+def below_the_header(row: int) -> str:
+    """Where a number stands in a table of rows, as a reader counts them."""
+    return f"row {row + 1} below the header"
+
+
 def refusal(path: Path, reason: str) -> StudyError:
     """The error that names the file."""
     return StudyError(f"the profile {path} {reason}")
