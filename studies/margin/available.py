@@ -19,7 +19,7 @@ import casadi as ca
 from models.truss import Net, Opening, TrussParameters, rope_length, rope_speed
 from studies.drive.motor import motor_speed, rope_force_at
 from studies.drive.schema import Drive
-from studies.margin.loads import needed_in_motion, needed_of_the_motor, static_needs
+from studies.margin.loads import Motion, needed_in_motion, needed_of_the_motor, static_needs
 from studies.margin.schema import MarginRequirements
 
 
@@ -57,9 +57,7 @@ def needed_at_standstill(
     margin: MarginRequirements,
     drive: Drive | None,
     truss: TrussParameters,
-    alpha: Any,
-    omega: Any,
-    acc: Any,
+    motion: Motion,
     net: Net = "by angle",
     opening: Opening | None = None,
 ) -> tuple[Any, ...]:
@@ -67,17 +65,17 @@ def needed_at_standstill(
     first = stall_force(margin, drive)
     if first is None:
         return ()
+    alpha, omega, _ = motion
     hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
     limits = available_forces(margin, drive, -rope_speed(truss, alpha, omega), hauled)
     constant = [limit for limit in limits if isinstance(limit, float)]
     falling = [first - limit for limit in limits if not isinstance(limit, float)]
 
-    motion = alpha, omega, acc
     if not falling:  # then what is needed at rest is the same number for all motions
-        return needed_of_the_motor(margin, truss, *motion, net, drive, opening)
+        return needed_of_the_motor(margin, truss, motion, net, drive, opening)
     needs = (
         *static_needs(margin, truss, alpha, net),
-        *needed_in_motion(margin, truss, *motion, net, drive),
+        *needed_in_motion(margin, truss, motion, net, drive),
     )
     drops = [0.0, *falling] if first in constant else falling
     return tuple(need + drop for need in needs for drop in drops)
@@ -91,6 +89,6 @@ def standstill_kernel(
     opening: Opening | None = None,
 ) -> ca.Function | None:
     """Angle, speed and acceleration to the stall forces that the margins need; None without any."""
-    symbols = alpha, omega, acc = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
-    needs = needed_at_standstill(margin, drive, truss, alpha, omega, acc, opening=opening)
+    symbols = ca.SX.sym("alpha"), ca.SX.sym("omega"), ca.SX.sym("acc")
+    needs = needed_at_standstill(margin, drive, truss, symbols, opening=opening)
     return ca.Function("stall", symbols, [ca.vertcat(*needs)], {"cse": True}) if needs else None

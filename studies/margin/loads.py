@@ -50,17 +50,14 @@ AT_REST = ("springs", "net", "coulomb_friction", "test_bench", "holding", "measu
 IN_MOTION = ("inertia", "joint_friction", "slider_friction")
 CONTRIBUTIONS = (*IN_MOTION, *AT_REST, "pulley_friction", "rotor")
 
+Motion = tuple[Any, Any, Any]  # angle, speed and acceleration of the truss
+
 
 def contributions(
-    margin: MarginRequirements,
-    case: LoadCase,
-    alpha: Any,
-    omega: Any,
-    acc: Any,
-    net: Net = "by angle",
+    margin: MarginRequirements, case: LoadCase, motion: Motion, net: Net = "by angle"
 ) -> dict[str, Any]:
     """Factored contributions to F0 [N on each rope], inertia with its factor though it may help."""
-    truss, factors = case.truss, case.factors
+    (alpha, omega, acc), truss, factors = motion, case.truss, case.factors
     without = rope_leverage(_only(truss, pulley_friction=0.0, other_pulleys=()), alpha)
 
     # what moves: of each friction the truss with that one alone
@@ -101,7 +98,7 @@ def with_pulleys(case: LoadCase, force: Any, alpha: Any) -> Any:
     return force * (1 + case.factors.pulley_friction * share)
 
 
-def of_the_rotor(drive: Drive | None, truss: TrussParameters, *motion: Any) -> Any:
+def of_the_rotor(drive: Drive | None, truss: TrussParameters, motion: Motion) -> Any:
     """R [N on each rope] of angle, speed and acceleration, without a factor; 0 without a rotor."""
     alpha, omega, _ = motion
     hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
@@ -112,9 +109,7 @@ def of_the_rotor(drive: Drive | None, truss: TrussParameters, *motion: Any) -> A
 def required_forces(
     margin: MarginRequirements,
     case: LoadCase,
-    alpha: Any,
-    omega: Any,
-    acc: Any,
+    motion: Motion,
     net: Net = "by angle",
     drive: Drive | None = None,
 ) -> Mapping[str, tuple[Any, ...]]:
@@ -129,8 +124,8 @@ def required_forces(
     mapping of str to tuple
         "static" and "dynamic"; of several expressions the largest counts.
     """
-    parts = contributions(margin, case, alpha, omega, acc, net)
-    resting = _sum(parts[name] for name in AT_REST)
+    alpha, parts = motion[0], contributions(margin, case, motion, net)
+    resting = sum(parts[name] for name in AT_REST)
     moving = resting + parts["joint_friction"] + parts["slider_friction"]
     inertias = {
         1.0: parts["inertia"] / case.factors.inertia,
@@ -138,7 +133,7 @@ def required_forces(
     }
     rotors: dict[float, Any] = {1.0: 0.0}
     if drive is not None and drive.motor_inertia > 0.0:
-        plain = of_the_rotor(drive, case.truss, alpha, omega, acc)
+        plain = of_the_rotor(drive, case.truss, motion)
         rotors = {1.0: plain, case.factors.rotor: case.factors.rotor * plain}
     return {
         "static": (with_pulleys(case, resting, alpha),),
@@ -153,9 +148,7 @@ def required_forces(
 def needed_of_the_motor(
     margin: MarginRequirements,
     truss: TrussParameters,
-    alpha: Any,
-    omega: Any,
-    acc: Any,
+    motion: Motion,
     net: Net = "by angle",
     drive: Drive | None = None,
     opening: Opening | None = None,
@@ -170,17 +163,15 @@ def needed_of_the_motor(
     at_rest = (
         [least_static_need(margin, truss, opening)]
         if known
-        else static_needs(margin, truss, alpha, net)
+        else static_needs(margin, truss, motion[0], net)
     )
-    return (*at_rest, *needed_in_motion(margin, truss, alpha, omega, acc, net, drive))
+    return (*at_rest, *needed_in_motion(margin, truss, motion, net, drive))
 
 
 def needed_in_motion(
     margin: MarginRequirements,
     truss: TrussParameters,
-    alpha: Any,
-    omega: Any,
-    acc: Any,
+    motion: Motion,
     net: Net,
     drive: Drive | None,
 ) -> list[Any]:
@@ -189,7 +180,7 @@ def needed_in_motion(
     return [
         (1 + wanted) / case.derating.whole * force
         for case in margin.load_cases(truss)
-        for force in required_forces(margin, case, alpha, omega, acc, net, drive)["dynamic"]
+        for force in required_forces(margin, case, motion, net, drive)["dynamic"]
     ]
 
 
@@ -218,7 +209,7 @@ def static_needs(
     return [
         (1 + wanted) / case.derating.whole * force
         for case in margin.load_cases(truss)
-        for force in required_forces(margin, case, alpha, 0.0, 0.0, net)["static"]
+        for force in required_forces(margin, case, (alpha, 0.0, 0.0), net)["static"]
     ]
 
 
@@ -230,10 +221,3 @@ def _only(truss: TrussParameters, **changes: Any) -> TrussParameters:
 def _resisting(force: Any, factor: float) -> Any:
     """A force with its factor where it resists."""
     return force if factor == 1.0 else force + (factor - 1) * ca.fmax(force, 0)
-
-
-def _sum(terms: Any) -> Any:
-    total: Any = 0.0
-    for term in terms:
-        total = total + term
-    return total

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from models.errors import ModelError
 from studies.common.configuration import (
+    as_stated,
     boolean,
     check,
     check_keys,
@@ -287,25 +288,14 @@ class MarginRequirements:
 
     def as_dictionary(self) -> dict[str, Any]:
         """What is stated, as TOML holds it."""
-        plain = {
-            name: getattr(self, name)
-            for name in ("preset", "static", "dynamic", "available", "holding")
-            if getattr(self, name) is not None
-        }
+        stated = as_stated(self)
         if self.resistance is not None:
-            plain["resistance"] = [list(row) for row in self.resistance]
-        cases = {}
-        for name, content in self.cases:
-            cases[name] = {
-                word: dict(value) if isinstance(value, tuple) else value for word, value in content
-            }
-        return {
-            **plain,
-            "keep": self.keep,
-            "factors": dataclasses.asdict(self.factors),
-            "derating": dataclasses.asdict(self.derating),
-            **({"cases": cases} if cases else {}),
+            stated["resistance"] = [list(row) for row in self.resistance]
+        cases = {
+            name: {word: dict(part) if isinstance(part, tuple) else part for word, part in content}
+            for name, content in stated.pop("cases")
         }
+        return stated | ({"cases": cases} if cases else {})
 
 
 def read_margin(stated: str) -> dict[str, Any]:

@@ -149,15 +149,15 @@ def _kernel(
 ) -> ca.Function:
     """Static and dynamic force, then all contributions, of one load case."""
     case = margin.load_cases(truss)[number]
-    symbols = alpha, omega, acc = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
-    forces = required_forces(margin, case, alpha, omega, acc, drive=drive)
+    symbols = alpha, *_ = ca.SX.sym("alpha"), ca.SX.sym("omega"), ca.SX.sym("acc")
+    forces = required_forces(margin, case, symbols, drive=drive)
     (static,), dynamic = forces["static"], functools.reduce(ca.fmax, forces["dynamic"])
-    parts = contributions(margin, case, alpha, omega, acc)
+    parts = contributions(margin, case, symbols)
     # inertia that helps is not multiplied
     parts["inertia"] = ca.fmax(parts["inertia"], parts["inertia"] / case.factors.inertia)
     before = functools.reduce(lambda a, b: a + b, parts.values())
     parts["pulley_friction"] = with_pulleys(case, before, alpha) - before
-    rotor = of_the_rotor(drive, case.truss, *symbols)
+    rotor = of_the_rotor(drive, case.truss, symbols)
     parts["rotor"] = ca.fmax(rotor, case.factors.rotor * rotor)
     outputs = [static, dynamic, *(parts[name] + 0 * alpha for name in CONTRIBUTIONS)]
     return ca.Function("loads", symbols, outputs, {"cse": True})
@@ -171,8 +171,8 @@ def need_kernel(
     opening: Opening | None = None,
 ) -> ca.Function:
     """Angle, speed and acceleration to what the motor must be able to pull; the largest counts."""
-    symbols = alpha, omega, acc = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
-    needs = needed_of_the_motor(margin, truss, alpha, omega, acc, drive=drive, opening=opening)
+    symbols = ca.SX.sym("alpha"), ca.SX.sym("omega"), ca.SX.sym("acc")
+    needs = needed_of_the_motor(margin, truss, symbols, drive=drive, opening=opening)
     return ca.Function("needs", symbols, [ca.vertcat(*needs)], {"cse": True})
 
 

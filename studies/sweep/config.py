@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.common.configuration import (
+    as_stated,
     boolean,
     check,
     check_keys,
@@ -294,15 +295,8 @@ def study_from(raw: Mapping[str, Any], folder: Path = Path()) -> SweepStudy:
 
 def as_dictionary(study: SweepStudy) -> dict[str, Any]:
     """The nested dictionary from which `study_from` makes the same sweep again."""
-    content: dict[str, Any] = {
-        "subject": study.subject,
-        "sampling": study.sampling,
-        "samples": study.samples,
-        "seed": study.seed,
-        "coarse": study.coarse,
-        "warm": study.warm,
+    return as_stated(study) | {
         "show": list(study.show),
         "parameters": {axis.key: axis.stated() for axis in study.parameters},
         "base": dict(study.base),
     }
-    return {name: value for name, value in content.items() if value is not None}

@@ -287,13 +287,13 @@ class Instant:
         """What the motor must be able to pull for the margins, in each load case."""
         margin, drive = self.study.margin, self.study.drive
         assert margin is not None
-        motion, opening = (*self._motion, self.net), self.study.opening
-        return needed_of_the_motor(margin, self.signals.truss, *motion, drive, opening)
+        truss, opening = self.signals.truss, self.study.opening
+        return needed_of_the_motor(margin, truss, self._motion, self.net, drive, opening)
 
     @property
     def needed_at_standstill(self) -> tuple[Any, ...]:
         """The same of its stall force."""
         margin, drive = self.study.margin, self.study.drive
         assert margin is not None
-        motion, opening = (*self._motion, self.net), self.study.opening
-        return needed_at_standstill(margin, drive, self.signals.truss, *motion, opening)
+        truss, opening = self.signals.truss, self.study.opening
+        return needed_at_standstill(margin, drive, truss, self._motion, self.net, opening)

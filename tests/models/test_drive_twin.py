@@ -58,7 +58,7 @@ def test_torque_speed_and_power(seed):
     # power is that at the ropes, behind the gear
     power = (2 * force * hauling).full().ravel() / drive.efficiency
     close(power, twin.power(parameters, twins, *motion))
-    rotor = of_the_rotor(drive, parameters, alpha, omega, acc).full().ravel()
+    rotor = of_the_rotor(drive, parameters, (alpha, omega, acc)).full().ravel()
     close(rotor, rotor_mass(drive, 0.0) * twin.rope_acceleration(parameters, *motion))
 
 

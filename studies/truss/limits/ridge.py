@@ -121,7 +121,7 @@ def _factored_terms(margin: MarginRequirements, case: LoadCase, alpha: Array) ->
     """The same of the factored force of a load case, read off at four pairs of rates."""
     angle, rates = ca.SX.sym("angle"), ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0))
     helping = dataclasses.replace(case, factors=dataclasses.replace(case.factors, inertia=1.0))
-    forces = [required_forces(margin, helping, angle, *pair)["dynamic"][0] for pair in rates]
+    forces = [required_forces(margin, helping, (angle, *pair))["dynamic"][0] for pair in rates]
     kernel = ca.Function("terms", [angle], [ca.vertcat(*forces)], {"cse": True})
 
     rest, forth, back, moved = kernel(alpha[None]).full()

@@ -107,8 +107,8 @@ def test_numbers_by_hand() -> None:
     )
     inertia = whole - springs - viscous
     dynamic = 1.5 * (1.2 * inertia + 2 * springs + viscous + 4.5) / 0.4
-    motion = map(ca.DM, (alpha, omega, acc))
-    at_rest, *moving = (float(need) for need in needed_of_the_motor(margin, truss, *motion))
+    motion = ca.DM(alpha), ca.DM(omega), ca.DM(acc)
+    at_rest, *moving = (float(need) for need in needed_of_the_motor(margin, truss, motion))
     assert max(moving) == pytest.approx(dynamic, rel=1e-12)
 
     angles = np.linspace(truss.stowed_angle, OPEN, 2001)
