@@ -78,6 +78,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         result, input_text = _ask(options, console)
     else:
         study, result, input_text = _ask_own(options, console)
+    input_text = f"# Repeats this check: {_command(options)} input.toml\n\n{input_text}"
 
     if options.results is None:
         from studies.common.writers import exit_code, outcome_text
@@ -112,8 +113,7 @@ def _ask_own(options: argparse.Namespace, console: Console) -> tuple[Study, Resu
     study = judging_study(options.of)
     stated = stated_study(study, read_toml(options.study), console)
     result = check_own(study, stated, options.profile, options.column, console)
-    head = f"# Repeats this check: {_command(options)} input.toml\n\n"
-    return study, result, head + toml_text(study.configuration(stated))
+    return study, result, toml_text(study.configuration(stated))
 
 
 def _command(options: argparse.Namespace) -> str:
@@ -177,8 +177,7 @@ def _ask_truss(
         del content["duration"]
     else:
         content["duration"] = list(stated) if stated[0] != stated[1] else stated[0]
-    head = f"# Repeats this check: {_command(options)} input.toml\n\n"
-    return result, head + toml_text(content, inline=("minimise",))
+    return result, toml_text(content, inline=("minimise",))
 
 
 def _study(raw: dict[str, Any], console: Console) -> Any:
@@ -238,5 +237,4 @@ def _ask_arm(
         optimum=not options.no_optimum,
         still="residual_energy" in raw,
     )
-    head = f"# Repeats this check: {_command(options)} input.toml\n\n"
-    return result, head + toml_text(as_dictionary(study))
+    return result, toml_text(as_dictionary(study))

@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import socket
 import sys
 import time
 from collections.abc import Mapping
@@ -45,7 +44,7 @@ def outcome(task: Mapping[str, Any]) -> dict[str, Any]:
     dict
         `record`, with status, reason and values, and `motion`, which may be None.
     """
-    begin, processor = time.perf_counter(), time.process_time()
+    begin = time.perf_counter()
     motion = None
     try:
         neighbour = None if task["motion"] is None else _unpacked(task["motion"])
@@ -59,11 +58,7 @@ def outcome(task: Mapping[str, Any]) -> dict[str, Any]:
         record = {"status": "not solved", "reason": "memory ran out"}
     except Exception as error:
         record = {"status": "defect", "reason": f"unforeseen {type(error).__name__}: {error}"}
-    record |= {
-        "seconds": time.perf_counter() - begin,
-        "processor_seconds": time.process_time() - processor,
-        "host": socket.gethostname(),
-    }
+    record["seconds"] = time.perf_counter() - begin
     return {"record": plain(record), "motion": motion}
 
 
@@ -72,18 +67,13 @@ def _told(result: Result) -> dict[str, Any]:
     law = next(iter(result.laws), "")
     rows = [row for row in result.table if law in row.values]
     failed = [check.sentence for check in result.checks if not check.passed]
-    basins = result.details.get("basins") or []
     return {
         "status": "solved" if result.passed else "not verified",
         "reason": "" if result.passed else "; ".join(failed) or result.verdict.sentence,
         "verdict": result.verdict.kind,
-        "sentence": result.verdict.sentence,
         "values": {row.key: row.values[law] for row in rows},
         "titles": {row.key: [row.title, row.unit] for row in rows},
         "minimised": [row.key for row in rows if row.minimised],
-        "bounds": dict(result.bounds),
-        "basin": basins[0].get("kind", "") if basins else "",
-        "basins": [basin.get("value") for basin in basins],
         **({"front": _front(result)} if "axes" in result.details else {}),
     }
 
