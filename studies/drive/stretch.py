@@ -11,11 +11,12 @@ At the start the average looks back, at the end it looks ahead. So the motor res
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
 
-from models.truss import TrussParameters, rope_length
+from models.truss import Opening, TrussParameters, rope_length
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.drive.course import SAMPLES, Course, Stretch
@@ -38,11 +39,12 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
     Raises
     ------
     StudyError
-        If the ramp is longer than `MOST` of the motion, or the truss snaps through on its ropes.
+        If the ramp is longer than `MOST` of the motion, or the truss snaps through on its ropes
+        between the angles that the course passes.
     """
     if drive.rope_stiffness is None:
         return course
-    check_rope(truss, drive)
+    _check_rope(course, truss, drive)
     ramp = _ramp(course, drive)
     pull = _tension(course, truss, drive, ramp)
     once = pull.antiderivative()
@@ -81,6 +83,15 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
         f"of a tension averaged twice over {ramp:.4g} s",
         stretch=Stretch(rows, missed, yielding * _on_the_drum(course, truss, drive)),
     )
+
+
+def _check_rope(course: Course, truss: TrussParameters, drive: Drive) -> None:
+    """Refuse a rope on which the truss snaps through while it follows a course."""
+    ends = course.derivatives(np.array([0.0, course.duration]))
+    ends[1:] = 0.0
+    start, end = on_the_truss(ends, truss).angle.tolist()
+    if start < (end := min(end, math.pi / 2)):  # rounding may end beyond it
+        check_rope(truss, drive, Opening(start, end))
 
 
 def _ramp(course: Course, drive: Drive) -> float:

@@ -13,6 +13,7 @@ from studies.common.console import silent
 from studies.common.exit_codes import StudyError
 from studies.drive.course import rope_course
 from studies.drive.schema import Drive
+from studies.drive.stopping import resume_course, stop_course
 from studies.drive.stretch import stretched
 from studies.truss.config import SolverOptions, TrussStudy, as_dictionary, study_from
 from studies.truss.limits.caps import Caps
@@ -39,10 +40,15 @@ def test_a_rope_on_which_the_truss_snaps_through_is_refused_with_one_that_works(
     assert stated(40.0, rope_yields="along its length").drive.rope_stiffness == 40.0
 
 
-def test_an_export_refuses_it_too() -> None:
+def test_an_export_refuses_it_too_where_its_motion_passes_such_angles() -> None:
     law, _ = paper_laws(RUBBED, 10.0)
+    whole, soft = rope_course(law.law, RUBBED), Drive(rope_stiffness=70.0)
     with pytest.raises(StudyError, match="snaps through"):
-        stretched(rope_course(law.law, RUBBED), RUBBED, Drive(rope_stiffness=70.0))
+        stretched(whole, RUBBED, soft)
+    # before the net is taut the springs alone are held; the last degrees need most
+    assert stretched(stop_course(whole, 4.0, soft), RUBBED, soft).stretch is not None
+    with pytest.raises(StudyError, match="snaps through"):
+        stretched(resume_course(whole, 4.0, soft), RUBBED, soft)
 
 
 def test_a_word_that_is_no_place_is_refused() -> None:
