@@ -57,7 +57,7 @@ def from_starts(
     kind: str,
     kept: FinishedSteps,
     again: Starts | None = None,
-    known: Mapping[str, Trial] | None = None,
+    known: Mapping[str, Trial | Callable[[], Trial | None]] | None = None,
     line: Callable[[Trial, bool], str],
     console: Console,
     **options: Any,
@@ -71,7 +71,7 @@ def from_starts(
     settings, options : of `ocp.audit`.
     kind, kept : where starts go to, and where those of an earlier run are read.
     again : those of the starts that are the same in another run; by default all of them.
-    known : trials of this run.
+    known : trials of this run, or functions that give them when their turn comes.
     line : function of a trial, and of whether it is of an earlier run, that gives one line.
     """
     again = starts if again is None else again

@@ -31,6 +31,7 @@ from studies.truss.search.verdict import (
     BOUND_MET,
     Basin,
     basins,
+    cut_short_in_words,
     global_verdict,
     local_verdict,
     unattained_verdict,
@@ -90,7 +91,8 @@ def judged_motion(question: Question, found: Audit, bounds: ProvenBounds) -> Bes
         reached = _with_later_objectives(question, statement, reached)
         reached = _confirmed(question, statement, optima, reached)
 
-    price = price_in_words(statement, reached.optimum.solution)
+    solution = reached.optimum.solution
+    open_ends = price_in_words(statement, solution), cut_short_in_words(solution)
     return BestMotion(
         deployment=reached.deployment,
         solution=reached.solution,
@@ -98,7 +100,7 @@ def judged_motion(question: Question, found: Audit, bounds: ProvenBounds) -> Bes
         basins=reached.basins,
         bounds=bounds.values,
         verdict=_verdict(question, found, bounds, reached),
-        remarks=(*bounds.remarks, *reached.remarks, *([] if price is None else [price])),
+        remarks=(*bounds.remarks, *reached.remarks, *filter(None, open_ends)),
         interrupted=reached.interrupted,
         second=reached.second,
     )

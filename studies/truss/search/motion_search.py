@@ -22,6 +22,7 @@ from studies.truss.motions.starts import (
 )
 from studies.truss.problem import control_of
 from studies.truss.search.best_motion import BestMotion, NoMotionError
+from studies.truss.search.first_mesh import ends_alike
 from studies.truss.search.from_starts import Starts, Statements, from_starts
 from studies.truss.search.judged_motion import STOPPED, judged_motion
 from studies.truss.search.missed_cap import (
@@ -44,6 +45,7 @@ from studies.truss.search.verdict import BOUND_MET, of_trial, starts_agree
 
 OTHER_START = "without a cap"  # the motion that was found with the least of what the cap is on
 
+Known = Trial | Callable[[], Trial | None]
 Least = Callable[[], BestMotion | None]  # of the hardest cap, under the others; worked out once
 
 
@@ -159,7 +161,7 @@ def _audited(
     question: Question,
     starts: Starts,
     done: list[Trial],
-    known: Mapping[str, Trial],
+    known: Mapping[str, Known],
     *,
     stopped: bool = False,
 ) -> tuple[Audit, ProvenBounds]:
@@ -193,10 +195,20 @@ def _audited(
         return starts_agree(list(starts), trials, question.same)
 
     def line(trial: Trial, earlier: bool) -> str:
+        before = [other.name for other in done if other.solution is trial.solution is not None]
         done.append(trial)
         label = f"start {len(done)} of {len(starts)} ({trial.name})"
+        if before:
+            return f"{label}: by its first mesh it ends where {before[0]} does"
         return f"{label}: {of_trial(trial, study)}{', in an earlier run' if earlier else ''}"
 
+    if study.arm is not None:  # a motion with an arm takes half a minute
+        names = starts.keys() - set(question.kept.names(question.kind))
+        alike = {
+            name: functools.partial(ends_alike, question, name, starts[name], done)
+            for name in names
+        }
+        known = {**alike, **known}
     found = from_starts(
         starts,
         question.statements,

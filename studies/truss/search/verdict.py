@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from models.truss import static_peak
-from ocp import Audit, Optimum, Trial
+from ocp import Audit, Optimum, Solution, Trial
 from studies.common.console import number
 from studies.common.result import Verdict
 from studies.truss.config import TrussStudy
@@ -102,6 +102,14 @@ def local_verdict(
         f"{kind}; {len(found)} local optim{'a' if len(found) > 1 else 'um'} found: {listed}{gap}"
     )
     return Verdict("local", words)
+
+
+def cut_short_in_words(solution: Solution) -> str | None:
+    """What a budget left open in a motion; None if its refinement ended by itself."""
+    for words in solution.verdict.split("; "):
+        if words.startswith("the budget of"):
+            return f"This motion may be better: {words}. State more solver.seconds (--seconds)."
+    return None
 
 
 def _kind(study: TrussStudy, value: float) -> str:
