@@ -111,8 +111,7 @@ def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
 
 def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
     """What limits on forces ask of the truss where every motion begins and ends."""
-    caps, truss = study.deployment.caps, study.deployment.truss
-    stowed = truss.stowed_angle
+    stowed = study.deployment.truss.stowed_angle
 
     def least_pull(t: TrussParameters) -> Any:
         return static_force(t, stowed, "slack") * far_end_ratio(t, stowed)
@@ -120,19 +119,22 @@ def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
     def open_bars(t: TrussParameters) -> Any:
         return largest_bar_force(t, DEPLOYED, 0.0, 0.0, _holding_force(t), "taut")
 
-    title = "tension of the stowed rope"
-    least = caps.least_tension
-    yield Requirement(title, "N", "caps.least_tension", least, "least", least_pull, at_rest=True)
-    if caps.force is not None:
-        title = "rope force of the open truss"
-        yield Requirement(
-            title, "N", "caps.force", caps.force, "most", _holding_force, at_rest=True
-        )
-    if caps.bar_force is not None:
-        title = "largest force in a bar of the open truss"
-        yield Requirement(
-            title, "N", "caps.bar_force", caps.bar_force, "most", open_bars, at_rest=True
-        )
+    yield from _under_caps(
+        study,
+        ("tension of the stowed rope", "least_tension", "least", least_pull),
+        ("rope force of the open truss", "force", "most", _holding_force),
+        ("largest force in a bar of the open truss", "bar_force", "most", open_bars),
+    )
+
+
+def _under_caps(
+    study: CodesignStudy, *rows: tuple[str, str, Literal["least", "most"], Callable[..., Any]]
+) -> Iterator[Requirement]:
+    """What limits on the motion imply: the number's title, the key of its cap, its side, itself."""
+    for title, key, side, number in rows:
+        cap = getattr(study.deployment.caps, key)
+        if cap is not None:
+            yield Requirement(title, "N", f"caps.{key}", cap, side, number, at_rest=True)
 
 
 def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
@@ -154,12 +156,11 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
     def bars(t: TrussParameters) -> Any:
         return left * _bars_at_rest(t)
 
-    for title, key, cap, number in (
-        ("rope force while it creeps", "force", caps.force, rope),
-        ("largest force in a bar while it creeps", "bar_force", caps.bar_force, bars),
-    ):
-        if cap is not None:
-            yield Requirement(title, "N", f"caps.{key}", cap, "most", number, at_rest=True)
+    yield from _under_caps(
+        study,
+        ("rope force while it creeps", "force", "most", rope),
+        ("largest force in a bar while it creeps", "bar_force", "most", bars),
+    )
 
 
 def _bars_at_rest(truss: TrussParameters) -> Any:

@@ -19,6 +19,7 @@ from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import laws_from_rest
 from studies.truss.quantities import OBJECTIVES, QUANTITIES, Quantity
 
+BEYOND = "the violation of"  # what is said of a value within the tolerance of its cap
 ARM_ROWS = 1201  # even instants at which what the arm does is looked at
 
 
@@ -162,8 +163,8 @@ def end_names(study: TrussStudy) -> tuple[str, str]:
 
 
 def _under_the_caps(study: TrussStudy, deployment: Deployment) -> list[Criterion]:
+    """Every cap on the motion; a value that is beyond it by less than the tolerance says so."""
     values = deployment.values
-
     broken = broken_caps(study, values)
     return [
         Criterion(
@@ -186,21 +187,16 @@ def _barely(quantity: Quantity, value: float, cap: float) -> str:
         return ""
     share, of = (TENSION, "of the peak rope force") if quantity.kind == "least" else (CAPS, "of it")
     return (
-        f"passed: {quantity.title} {value:.9g} {quantity.unit} (limit {cap:.9g}); the violation of "
+        f"passed: {quantity.title} {value:.9g} {quantity.unit} (limit {cap:.9g}); {BEYOND} "
         f"{beyond:.2g} {quantity.unit} is within the tolerance of {share:g} {of}"
     )
 
 
 def tolerated(study: TrussStudy, deployment: Deployment) -> list[str]:
     """Sentences on caps that are exceeded, though within their tolerance."""
-    values = deployment.values
-    broken = broken_caps(study, values)
-    sentences = [
-        _barely(quantity, values[key], cap)
-        for key, quantity in QUANTITIES.items()
-        if key in values and key not in broken and (cap := cap_of(study, key)) is not None
+    return [
+        check.sentence for check in _under_the_caps(study, deployment) if BEYOND in check.sentence
     ]
-    return [sentence for sentence in sentences if sentence]
 
 
 def start_in_words(study: TrussStudy) -> tuple[str, ...]:

@@ -157,20 +157,19 @@ def truss_parameters(name: str, value: Any) -> TrussParameters:
     degrees = {"stowed_angle_deg": "stowed_angle", "net_angle_deg": "net_angle"}
     check_keys(raw, ["set", *fields, *degrees], f"{name}.")
 
+    changes = {key: item for key, item in raw.items() if key not in ("set", *degrees)}
     for in_degrees, radians in degrees.items():
-        if in_degrees in raw and radians in raw:
+        if in_degrees not in raw:
+            continue
+        if radians in raw:
             raise StudyError(
                 f"{name} states {radians} = {quoted(raw[radians])} and {in_degrees} = "
                 f"{quoted(raw[in_degrees])}, which are the same angle; state one of them"
             )
+        changes[radians] = math.radians(positive(f"{name}.{in_degrees}", raw[in_degrees]))
 
     chosen = choice(SETS)(f"{name}.set", raw.get("set", "dynamic"))
     base = DYNAMIC_SET if chosen == "dynamic" else KINEMATIC_SET
-    changes = {key: item for key, item in raw.items() if key not in ("set", *degrees)}
-    for key_in_degrees, radians in degrees.items():
-        if key_in_degrees in raw:
-            angle = positive(f"{name}.{key_in_degrees}", raw[key_in_degrees])
-            changes[radians] = math.radians(angle)
 
     try:
         changes |= _rows(name, changes)

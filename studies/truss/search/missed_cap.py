@@ -88,18 +88,11 @@ class HardCap:
             ExitCode.NOT_SOLVED,
         )
 
-    def kept_by(self, least: BestMotion) -> bool:
-        """Whether the motion with the least of it keeps the cap."""
-        return least.deployment.values[self.key] <= self.value
-
     def needed(self, least: BestMotion) -> str:
         """What would have to be allowed, by the motion with the least of it."""
-        value, title, unit = (
-            least.deployment.values[self.key],
-            self.quantity.title,
-            self.quantity.unit,
-        )
-        if self.kept_by(least):
+        value = least.deployment.values[self.key]
+        title, unit = self.quantity.title, self.quantity.unit
+        if value <= self.value:
             return f"a motion with a {title} of {value:.6g} {unit} meets the caps"
         return (
             f"the minimum {title} found under the other caps is {up(value)} {unit} (local): raise "
@@ -125,6 +118,11 @@ def hard_caps(study: TrussStudy) -> tuple[HardCap, ...]:
     """All caps in `HARD` that a study has."""
     caps = ((key, cap_on(study.caps, study.drive, key)) for key in HARD)
     return tuple(HardCap(key, cap) for key, cap in caps if cap is not None)
+
+
+def hard_cap(study: TrussStudy) -> HardCap | None:
+    """The first of them."""
+    return next(iter(hard_caps(study)), None)
 
 
 def together(
@@ -174,11 +172,6 @@ def together(
         ),
         ExitCode.NOT_SOLVED,
     )
-
-
-def hard_cap(study: TrussStudy) -> HardCap | None:
-    """The first of the caps in `HARD` that a study has."""
-    return next(iter(hard_caps(study)), None)
 
 
 def curve_in_words(study: TrussStudy) -> str:

@@ -18,7 +18,6 @@ from studies.truss.motions.starts import (
     PHASE_PLANE,
     from_neighbour,
     in_order,
-    start_from_law,
 )
 from studies.truss.problem import control_of
 from studies.truss.search.best_motion import BestMotion, NoMotionError
@@ -40,10 +39,8 @@ from studies.truss.search.proofs import (
     proven_bounds,
 )
 from studies.truss.search.question import Question
-from studies.truss.search.relaxation import none_found, relaxation_in_words
+from studies.truss.search.relaxation import relaxation_in_words
 from studies.truss.search.verdict import BOUND_MET, of_trial, starts_agree
-
-OTHER_START = "without a cap"  # the motion that was found with the least of what the cap is on
 
 Known = Trial | Callable[[], Trial | None]
 Least = Callable[[], BestMotion | None]  # of the hardest cap, under the others; worked out once
@@ -92,8 +89,7 @@ def _from_all_starts(question: Question, least: Least) -> BestMotion:
     except Interrupted as stop:
         raise StudyError(STOPPED, ExitCode.INTERRUPTED) from stop
     except (OcpError, NoMotionError) as error:
-        tried = max(len(done), 1)
-        return _from_the_least_relaxation(question, names, tried, error, least)
+        raise _none_found(question, names, max(len(done), 1), error, least) from error
 
 
 def _names(question: Question) -> list[str]:
@@ -229,43 +225,38 @@ def _audited(
     return found, bounds
 
 
-def _from_the_least_relaxation(
-    question: Question,
-    names: Sequence[str],
-    tried: int,
-    error: Exception,
-    least: Least,
-) -> BestMotion:
-    """Where every start failed: the best motion from one that a relaxed problem gives.
+def _none_found(
+    question: Question, names: Sequence[str], tried: int, error: Exception, least: Least
+) -> StudyError:
+    """What to raise where every start failed: what would have to be relaxed, and the first error.
 
-    Raises
-    ------
-    StudyError
-        If that fails too: with the least relaxation found, and the error of the first start.
+    Parameters
+    ----------
+    names, tried : of the starts, and how many of them were tried.
+    error : of the first start.
     """
     study, hard = question.study, hard_cap(question.study)
     needed, interrupted = "the relaxed problem was not solved either", False
     try:
         if hard is not None and (found := least()) is not None:
             needed, interrupted = hard.needed(found), found.interrupted
-            if hard.kept_by(found) and not interrupted:
-                return _from_another_start(question, found)
         elif hard is None and question.enough is None:
             question.console.progress("no motion was found: searching for the smallest relaxation")
             problem = question.problem_from_start("bezier")
             needed = relaxation_in_words(problem, question.console.live) or needed
-    except (OcpError, NoMotionError) as failed:
-        interrupted = isinstance(failed, Interrupted)
+    except Interrupted:
+        interrupted = True
 
-    needed += curve_in_words(study)
-    raise none_found(names, tried, needed, error, interrupted) from error
-
-
-def _from_another_start(question: Question, least: BestMotion) -> BestMotion:
-    """The best motion from one that keeps all caps."""
-    start = start_from_law(OTHER_START, least.deployment.law, question.study)
-    starts = {OTHER_START: functools.partial(question.problem_from, start)}
-    return judged_motion(question, *_audited(question, starts, [], {}))
+    starts = f"{len(names)} start{'s' * (len(names) > 1)}"
+    if tried < len(names):  # the budget ended before the others
+        starts = (
+            f"{tried} of {starts}, because the time limit was reached; raise --seconds to try more"
+        )
+    return StudyError(
+        f"no motion was found from {starts}; the smallest relaxation found: {needed}"
+        f"{curve_in_words(study)}; from {names[0]}: {error}",
+        ExitCode.INTERRUPTED if interrupted else ExitCode.NOT_SOLVED,
+    )
 
 
 def _least_of_the_hard_cap(question: Question) -> BestMotion | None:
