@@ -1,7 +1,4 @@
-"""Series of a result as columns of text: CSV in any dialect, and JSON with a schema.
-
-What is written can be read again: an export is played from its own digits.
-"""
+"""Series of a result as columns of text: CSV in any dialect, and JSON with a schema."""
 
 from __future__ import annotations
 
@@ -13,8 +10,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.folder import plain
@@ -22,7 +17,6 @@ from studies.common.headers import SEPARATORS, cell, comments
 from studies.common.result import Result
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
-SCHEMA_FILE = "profile.schema.json"  # what `write_json` keeps to
 
 
 @dataclass(frozen=True)
@@ -120,32 +114,16 @@ def write_csv(
     return text.getvalue()
 
 
-def read_csv(text: str, dialect: Dialect) -> dict[str, Array]:
-    """Read what `write_csv` wrote; columns are numbered where there is no header."""
-    lines = [line for line in text.splitlines() if not line.startswith(("#", '"#'))]
-    rows = list(csv.reader(lines, delimiter=dialect.separator))
-    names = [name.split(" [")[0] for name in rows.pop(0)] if dialect.header else None
-    table = [[float(cell.replace(",", ".") or "nan") for cell in row] for row in rows]
-    columns = np.array(table).T
-    return dict(zip(names or map(str, range(len(columns))), columns, strict=True))
-
-
 def write_json(
     result: Result, columns: Mapping[str, Array], first: Mapping[str, str] = NOTHING
 ) -> str:
-    """JSON that keeps to `profile.schema.json`."""
+    """JSON that keeps to `profile.schema.json` beside this file."""
     described = {
         name: {"unit": result.arrays[name].unit, "values": values.tolist()}
         for name, values in columns.items()
     }
     content = plain({**about(result, first), "columns": described})
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-
-
-def read_json(text: str) -> dict[str, Array]:
-    """Columns of what `write_json` wrote."""
-    columns = json.loads(text)["columns"]
-    return {name: np.array(item["values"], dtype=float) for name, item in columns.items()}
 
 
 def flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -8,9 +8,10 @@ import pytest
 
 from models.arm.parameters import ArmParameters
 from studies.cli import main
-from studies.common.columns import Dialect, read_csv
+from studies.common.columns import Dialect
 from studies.common.exit_codes import ExitCode
 from tests.studies.arm.exported_links import Links, left_by
+from tests.studies.written_columns import read_csv
 
 
 def test_the_masses_are_those_of_the_arm() -> None:

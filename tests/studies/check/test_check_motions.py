@@ -17,7 +17,7 @@ from studies.check.smoothing.noise import estimate_noise
 from studies.check.smoothing.recovery import recover
 from studies.check.truss import check_truss
 from studies.cli import main
-from studies.common.columns import Dialect, read_csv
+from studies.common.columns import Dialect
 from studies.common.exit_codes import ExitCode
 from studies.common.result import Result
 from studies.common.writers import outcome_text
@@ -25,6 +25,7 @@ from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, profile
 from studies.truss.motions.laws import paper_laws
+from tests.studies.written_columns import read_csv
 
 T = 140.0
 TRUSS = TrussParameters(pulley_friction=0.01)

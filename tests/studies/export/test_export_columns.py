@@ -12,6 +12,7 @@ from studies.common.columns import Dialect
 from studies.common.result import Result
 from studies.export import binary
 from tests.studies.export.command_line import read_mat
+from tests.studies.written_columns import read_csv, read_json
 
 
 @pytest.mark.parametrize(
@@ -19,7 +20,7 @@ from tests.studies.export.command_line import read_mat
 )
 def test_csv_comes_back_in_each_dialect(short: Result, dialect: Dialect) -> None:
     columns = {name: short.arrays[name].values for name in ("time", "angle", "angular_jerk")}
-    again = text.read_csv(text.write_csv(short, columns, dialect), dialect)
+    again = read_csv(text.write_csv(short, columns, dialect), dialect)
     for found, exact in zip(again.values(), columns.values(), strict=True):
         assert np.array_equal(found, exact)
 
@@ -28,7 +29,7 @@ def test_matlab_and_json_come_back(short: Result) -> None:
     columns = {name: short.arrays[name].values for name in ("time", "rope_length")}
     for again in (
         read_mat(binary.write_mat(short, columns)),
-        text.read_json(text.write_json(short, columns)),
+        read_json(text.write_json(short, columns)),
     ):
         assert all(np.array_equal(again[name], columns[name]) for name in columns)
 
@@ -77,7 +78,7 @@ def meets(value: object, schema: dict[str, object]) -> bool:
 
 
 def test_json_keeps_to_the_published_schema(short: Result) -> None:
-    schema = json.loads((Path(text.__file__).parent / text.SCHEMA_FILE).read_text("utf-8"))
+    schema = json.loads((Path(text.__file__).parent / "profile.schema.json").read_text("utf-8"))
     profile = json.loads(text.write_json(short, {"time": short.arrays["time"].values}))
     assert meets(profile, schema)
     assert not meets(profile | {"columns": {}}, schema)

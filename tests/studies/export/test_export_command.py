@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.common import columns as text
 from studies.common.columns import Dialect
 from studies.common.result import Result
 from studies.drive.drum import Drum
 from studies.export import work
 from tests.studies.export.command_line import complaint, export, read_mat, rubbed
+from tests.studies.written_columns import read_csv, read_json
 
 Write = Callable[[str], Path]
 
@@ -22,7 +22,7 @@ Write = Callable[[str], Path]
 def test_a_fixed_step_gives_even_rows(folder: Path, tmp_path: Path) -> None:
     file = tmp_path / "even.csv"
     assert export(folder, "--to", "csv", "--step", 0.5, "--output", file) == 0
-    time = text.read_csv(file.read_text("utf-8"), Dialect())["time"]
+    time = read_csv(file.read_text("utf-8"), Dialect())["time"]
     assert np.array_equal(time, 0.5 * np.arange(9))
 
 
@@ -82,7 +82,7 @@ def test_many_points_are_told(
 def test_points_lie_on_the_switches(folder: Path, short: Result, tmp_path: Path) -> None:
     file = tmp_path / "switches.csv"
     assert export(folder, "--to", "csv", "--points", 12, "--output", file) == 0
-    time = text.read_csv(file.read_text("utf-8"), Dialect())["time"]
+    time = read_csv(file.read_text("utf-8"), Dialect())["time"]
     assert time.size == 12
     assert set(short.arrays["knot"].values) <= set(time)
 
@@ -192,7 +192,7 @@ def test_rests_and_a_yielding_rope_are_part_of_what_is_written(
     assert (rows[resting, 2] == 0.0).all()
     assert rows[-1, 0] == pytest.approx(7.0)
 
-    columns = text.read_csv((tmp_path / "csv").read_text("utf-8"), Dialect())
+    columns = read_csv((tmp_path / "csv").read_text("utf-8"), Dialect())
     time = columns["time"]
     assert time[-1] == 7.0
     assert (columns["angular_acceleration"][(time < 1.0) | (time > 5.0)] == 0.0).all()
@@ -263,8 +263,8 @@ def test_columns_hold_the_set_points_that_their_record_is_about(
 ) -> None:
     drum, yielding = "rope_diameter = 0.003\nlayer_turns = 10\n", "rope_stiffness = 500\n"
     read: dict[str, Callable[[Path], dict[str, np.ndarray]]] = {
-        "csv": lambda file: text.read_csv(file.read_text("utf-8"), Dialect()),
-        "json": lambda file: text.read_json(file.read_text("utf-8")),
+        "csv": lambda file: read_csv(file.read_text("utf-8"), Dialect()),
+        "json": lambda file: read_json(file.read_text("utf-8")),
         "mat": lambda file: read_mat(file.read_bytes()),
     }
     hauled = []
@@ -279,7 +279,7 @@ def test_columns_hold_the_set_points_that_their_record_is_about(
         name = "drum_set_point" if drum in lines else "rope_set_point"
         assert record["column that is played"] == name
         columns = read[form](file)
-        beside = text.read_csv(table.read_text("utf-8"), Dialect())
+        beside = read_csv(table.read_text("utf-8"), Dialect())
         # the digits of the table of positions
         assert columns[name] == pytest.approx(beside["position"], abs=1e-12)
         assert columns[f"{name}_speed"] == pytest.approx(beside["velocity"], abs=1e-12)
