@@ -103,16 +103,16 @@ class Signals:
 
 
 def acceleration_in(signals: Signals, net: Net) -> Any:
-    """Angular acceleration as a signal or, where the rope force drives, as an expression."""
+    """Angular acceleration; it is no signal where the rope force drives."""
     if signals.force is None:
-        return signals.acceleration
+        return signals.acceleration.symbol
     return angular_acceleration(
         signals.truss, signals.angle.symbol, signals.speed.symbol, signals.force.symbol, net
     )
 
 
 def force_in(signals: Signals, net: Net) -> Any:
-    """Rope force at the motor as a signal or as an expression."""
+    """Rope force at the motor."""
     held, arm = _force_if_held(signals, net), signals.arm
     if arm is None:
         return held
@@ -122,7 +122,7 @@ def force_in(signals: Signals, net: Net) -> Any:
 def _force_if_held(signals: Signals, net: Net) -> Any:
     """The same of a ring whose fixed bar is held."""
     if signals.force is not None:
-        return signals.force
+        return signals.force.symbol
     acceleration = signals.acceleration.symbol
     return rope_force(signals.truss, signals.angle.symbol, signals.speed.symbol, acceleration, net)
 
@@ -156,8 +156,7 @@ class Instant:
     @cached_property
     def acceleration(self) -> Any:
         """Of the angle."""
-        found = acceleration_in(self.signals, self.net)
-        return getattr(found, "symbol", found)
+        return acceleration_in(self.signals, self.net)
 
     @property
     def _motion(self) -> tuple[Any, Any, Any]:
@@ -187,8 +186,7 @@ class Instant:
 
     @cached_property
     def _force(self) -> Any:
-        found = force_in(self.signals, self.net)
-        return getattr(found, "symbol", found)
+        return force_in(self.signals, self.net)
 
     @cached_property
     def _pull(self) -> Any:
@@ -227,8 +225,7 @@ class Instant:
         return self._by_bar("Shares", buckling_shares)
 
     def _by_bar(self, name: str, formula: Callable[..., Mapping[str, Any]]) -> tuple[Any, ...]:
-        held = _force_if_held(self.signals, self.net)
-        force = getattr(held, "symbol", held)
+        force = _force_if_held(self.signals, self.net)
         found = formula(self.signals.truss, *self._motion, force, self.net)
         return namedtuple(name, found)(*ca.cse(list(found.values())))
 

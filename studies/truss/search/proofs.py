@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
@@ -24,6 +24,13 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.phase_plane import LeastForce, PhasePlane
 
 
+# what is said before each bound is worked out
+LEAST = {
+    "rope": "minimum force without other caps",
+    "motor": "minimum force of the motor with its rotor",
+}
+
+
 @dataclass(frozen=True, eq=False)
 class PhasePlanes:
     """The phase planes of a study; each number is worked out once, when it is first asked for.
@@ -37,6 +44,7 @@ class PhasePlanes:
 
     study: TrussStudy
     progress: Callable[[str], None]
+    _known: dict[str, LeastForce | StudyError] = field(default_factory=dict, init=False)
 
     def least_force(self) -> LeastForce:
         """The bound of the rope force.
@@ -46,7 +54,7 @@ class PhasePlanes:
         StudyError
             If it cannot be had for this truss.
         """
-        return _or_raised(self._force_or_why)
+        return self._least("rope")
 
     def least_pull(self) -> LeastForce:
         """The bound of the force of a motor with a rotor.
@@ -56,7 +64,7 @@ class PhasePlanes:
         StudyError
             If it cannot be had for this truss or drum.
         """
-        return _or_raised(self._pull_or_why)
+        return self._least("motor")
 
     @cached_property
     def least_time(self) -> float:
@@ -83,28 +91,19 @@ class PhasePlanes:
             raise StudyError("The phase plane gives no bound for a drum of several layers.")
         return PhasePlane(self.study.truss, rotor_mass(drive, 0.0), self.study.opening)
 
-    @cached_property
-    def _force_or_why(self) -> LeastForce | StudyError:
-        self.progress("phase plane: minimum force without other caps")
-        return self._least_or_why(lambda: self._of_the_rope)
-
-    @cached_property
-    def _pull_or_why(self) -> LeastForce | StudyError:
-        self.progress("phase plane: minimum force of the motor with its rotor")
-        return self._least_or_why(lambda: self._of_the_motor)
-
-    def _least_or_why(self, plane: Callable[[], PhasePlane]) -> LeastForce | StudyError:
-        """The least force in the longest duration, or why there is none."""
-        try:
-            return plane().least_force(self.study.duration[1])
-        except StudyError as error:
-            return error
-
-
-def _or_raised(found: LeastForce | StudyError) -> LeastForce:
-    if isinstance(found, StudyError):
-        raise found
-    return found
+    def _least(self, plane: Literal["rope", "motor"]) -> LeastForce:
+        """The least force in the longest duration; why there is none is raised again, too."""
+        if plane not in self._known:
+            self.progress(f"phase plane: {LEAST[plane]}")
+            try:
+                of = self._of_the_rope if plane == "rope" else self._of_the_motor
+                self._known[plane] = of.least_force(self.study.duration[1])
+            except StudyError as error:
+                self._known[plane] = error
+        found = self._known[plane]
+        if isinstance(found, StudyError):
+            raise found
+        return found
 
 
 def check_some_motion(planes: PhasePlanes) -> None:
