@@ -29,10 +29,10 @@ from models.truss import (
     rope_leverage,
     rope_speed,
 )
-from studies.drive.motor import motor_speed, motor_torque, rotor_force, shares_of_the_curve
 from studies.margin.available import needed_at_standstill
 from studies.margin.loads import needed_of_the_motor
 from studies.truss.config import TrussStudy
+from studies.truss.motor_at_work import MotorAtWork
 
 if TYPE_CHECKING:
     from ocp import Control, State
@@ -230,54 +230,15 @@ class Instant:
         return namedtuple(name, found)(*ca.cse(list(found.values())))
 
     @cached_property
-    def _hauling(self) -> tuple[Any, Any]:
-        """Speed and acceleration at which the motor hauls in, with its reserve."""
-        if self.reserve is None:
-            return self.rope_speed, -self.rope_acceleration
-        more = self.reserve
-        return self.rope_speed + more.speed, more.acceleration - self.rope_acceleration
-
-    @cached_property
-    def _hauled(self) -> Any:
-        """Rope on the drum."""
-        truss = self.signals.truss
-        return rope_length(truss, truss.stowed_angle) - rope_length(
-            truss, self.signals.angle.symbol
+    def motor(self) -> MotorAtWork:
+        """One motor, with its reserve."""
+        truss, hauling = self.signals.truss, (self.rope_speed, -self.rope_acceleration)
+        if (more := self.reserve) is not None:
+            hauling = self.rope_speed + more.speed, more.acceleration - self.rope_acceleration
+        stowed, length = (
+            rope_length(truss, angle) for angle in (truss.stowed_angle, self.signals.angle.symbol)
         )
-
-    @cached_property
-    def motor_force(self) -> Any:
-        """Of the motor on each rope, that of its rotor included."""
-        return self._pull + rotor_force(self.study.drive, *self._hauling, self._hauled)
-
-    @property
-    def motor_power(self) -> Any:
-        """Of both motors."""
-        return 2 * self.motor_force * self._hauling[0]
-
-    @cached_property
-    def motor_speed(self) -> Any:
-        """Of one motor's shaft."""
-        assert self.study.drive is not None
-        return motor_speed(self.study.drive, self._hauling[0], self._hauled)
-
-    @cached_property
-    def _torque(self) -> Any:
-        assert self.study.drive is not None
-        return motor_torque(self.study.drive, self.motor_force, self._hauled)
-
-    @property
-    def motor_torques(self) -> tuple[Any, ...]:
-        """Of one motor's shaft; a motor with a rotor brakes it, too."""
-        assert self.study.drive is not None
-        rotor = self.study.drive.motor_inertia > 0.0
-        return (self._torque, -self._torque) if rotor else (self._torque,)
-
-    @property
-    def motor_loads(self) -> tuple[Any, ...]:
-        """Shares of the torque-speed curve."""
-        assert self.study.drive is not None
-        return shares_of_the_curve(self.study.drive, self.motor_speed, self._torque)
+        return MotorAtWork(self.study.drive, self._pull, *hauling, stowed - length)
 
     @property
     def needed_of_the_motor(self) -> tuple[Any, ...]:

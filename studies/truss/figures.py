@@ -295,10 +295,9 @@ def drive_figure(deployments: Sequence[Deployment]) -> Figure:
     for deployment, colour, style in styled(deployments):
         t = times(deployment)
         _, truss = deployment.at(t)
-        shaft = deployment.shaft(truss)
-        assert shaft is not None  # such figures are drawn of drives with a drum
-        path.plot(*shaft, style, color=colour, label=deployment.name)
-        axes[0].plot(t, deployment.motor_power(truss), style, color=colour)
+        motor = deployment.motor(truss)
+        path.plot(motor.shaft_speed, motor.torque, style, color=colour, label=deployment.name)
+        axes[0].plot(t, motor.power, style, color=colour)
         axes[1].plot(deployment.energies.time, deployment.motor_energy(), style, color=colour)
 
     drive, margin = deployments[0].drive, deployments[0].margin

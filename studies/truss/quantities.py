@@ -209,8 +209,8 @@ QUANTITIES = {
     ),
     "peak-power": Quantity(
         "peak motor power [W]",
-        expression=lambda at: (at.motor_power,),
-        history=lambda along: along.motor_power,
+        expression=lambda at: (at.motor.power,),
+        history=lambda along: along.motor.power,
         forces=True,
         cap=Cap("power", limit="power", sought=5),
         bound=lambda least: least.work / least.duration,
@@ -219,7 +219,7 @@ QUANTITIES = {
     "energy": Quantity(
         "work of the motor [J]",
         kind="integral",
-        expression=lambda at: (at.motor_power,),
+        expression=lambda at: (at.motor.power,),
         value=lambda motion: float(motion.energies.motor[-1]),
         forces=True,
         bound=lambda least: least.work,
@@ -246,8 +246,8 @@ QUANTITIES = {
     ),
     "peak-motor-force": Quantity(
         "peak motor force, rotor included [N]",
-        expression=lambda at: (at.motor_force, -at.motor_force),
-        history=lambda along: along.motor_force,
+        expression=lambda at: (at.motor.force, -at.motor.force),
+        history=lambda along: abs(along.motor.force),
         forces=True,
         needs="motor_inertia",
         cap=Cap("motor_force", sought=3),
@@ -256,8 +256,8 @@ QUANTITIES = {
     ),
     "peak-motor-speed": Quantity(
         "peak motor speed [rad/s]",
-        expression=lambda at: (at.motor_speed,),
-        history=lambda along: along.motor_speed,
+        expression=lambda at: (at.motor.shaft_speed,),
+        history=lambda along: along.motor.shaft_speed,
         needs="drum_radius",
         objective=False,
         cap=Cap("motor_speed", limit="motor_speed"),
@@ -266,8 +266,8 @@ QUANTITIES = {
     ),
     "peak-motor-torque": Quantity(
         "peak motor torque [N m]",
-        expression=lambda at: at.motor_torques,
-        history=lambda along: along.motor_torque,
+        expression=lambda at: at.motor.torques,
+        history=lambda along: along.largest(along.motor.torques),
         forces=True,
         needs="drum_radius",
         cap=Cap("motor_torque", limit="motor_torque", sought=4),
@@ -277,8 +277,8 @@ QUANTITIES = {
     # its cap is the curve itself, the whole of which is 1
     "peak-motor-load": Quantity(
         "largest share of the torque-speed curve [1]",
-        expression=lambda at: at.motor_loads,
-        history=lambda along: along.motor_load,
+        expression=lambda at: at.motor.loads,
+        history=lambda along: along.largest(along.motor.loads),
         forces=True,
         needs="torque_speed",
         size=lambda sizes: sizes.load_at_rest,

@@ -143,16 +143,16 @@ def _force_against_speed(profiles: Mapping[str, Mapping[str, Array]]) -> Chart:
 
 def _torque_against_speed(deployments: Sequence[Deployment]) -> tuple[Chart, ...]:
     """The path of one motor's shaft and what the motor can do; nothing without a drum."""
-    axis = ChartAxis("shaft", "speed of the shaft", "rad/s")
+    axis, drive = ChartAxis("shaft", "speed of the shaft", "rad/s"), deployments[0].drive
+    if drive is None or drive.drum_radius is None:
+        return ()
     curves = []
     for deployment in deployments:
         time = np.linspace(0.0, deployment.law.duration, SAMPLES)
-        shaft = deployment.shaft(deployment.at(time)[1])
-        if shaft is None:
-            return ()
-        curves.append(Curve(deployment.name, {axis.key: shaft[0], TIME: time}, shaft[1]))
-    drive = deployments[0].drive
-    if drive is not None and drive.torque_speed is not None:
+        motor = deployment.motor(deployment.at(time)[1])
+        places = {axis.key: motor.shaft_speed, TIME: time}
+        curves.append(Curve(deployment.name, places, motor.torque))
+    if drive.torque_speed is not None:
         speed, torque = np.array(drive.torque_speed).T
         curves.append(Curve("torque-speed curve", {axis.key: speed}, torque))
     title = "torque against speed: what the motor must give"

@@ -5,7 +5,7 @@ Every number that a table, a figure or an export shows comes from here, whicheve
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -30,11 +30,11 @@ from models.truss import (
     rope_swing,
 )
 from ocp.arrays import Array, Flags
-from studies.drive.motor import motor_speed, motor_torque, rotor_force, shares_of_the_curve
 from studies.drive.schema import Drive
 from studies.margin.available import standstill_kernel
 from studies.margin.schema import MarginRequirements
 from studies.margin.travel import Travel, along, need_kernel
+from studies.truss.motor_at_work import MotorAtWork
 from studies.truss.quantities import QUANTITIES
 
 GRID_POINTS = 4000  # samples of a motion, spread over its pieces, before peaks are refined
@@ -207,42 +207,35 @@ class Deployment:
         """What the extremes are taken of, at times (m,)."""
         along = Histories(self, time)
         wanted = (key for key in QUANTITIES if self.only is None or key in self.only)
-        found = ((key, QUANTITIES[key].history(along)) for key in wanted)
+        found = (
+            (key, QUANTITIES[key].history(along))
+            for key in wanted
+            if self._has_drive_for(QUANTITIES[key].needs)
+        )
         return {key: values for key, values in found if values is not None}
 
-    def hauled(self, truss: TrussMotion) -> Array:
-        """Rope on each drum (m,) [m]."""
-        stowed: Array = float(rope_length(self.truss, self.truss.stowed_angle)) - truss.rope_length
-        return stowed
+    def _has_drive_for(self, needs: str) -> bool:
+        """Whether the drive has what a quantity needs of it; nothing may be needed of a drive."""
+        if needs not in ("drum_radius", "torque_speed", "motor_inertia"):
+            return True
+        return self.drive is not None and bool(getattr(self.drive, needs))
 
-    def motor_force(self, truss: TrussMotion) -> Array:
-        """Force of the motor on each rope, that of its rotor included (m,) [N]."""
-        hauling = -truss.rope_speed, -truss.rope_acceleration
-        force: Array = truss.rope_force + rotor_force(self.drive, *hauling, self.hauled(truss))
-        return force
-
-    def motor_power(self, truss: TrussMotion) -> Array:
-        """Power of both motors at the ropes, that of their rotors included (m,) [W]."""
-        return -2 * self.motor_force(truss) * truss.rope_speed
-
-    def shaft(self, truss: TrussMotion) -> tuple[Array, Array] | None:
-        """Speed and torque of one motor's shaft (m,) [rad/s, N m]; None without a drum."""
-        if self.drive is None or self.drive.drum_radius is None:
-            return None
-        hauled = self.hauled(truss)
-        speed = motor_speed(self.drive, -truss.rope_speed, hauled)
-        return speed, motor_torque(self.drive, self.motor_force(truss), hauled)
+    def motor(self, truss: TrussMotion) -> MotorAtWork:
+        """One motor while the truss moves like this, (m,)."""
+        hauled = float(rope_length(self.truss, self.truss.stowed_angle)) - truss.rope_length
+        rows = truss.rope_force, -truss.rope_speed, -truss.rope_acceleration
+        return MotorAtWork(self.drive, *rows, hauled)
 
     def motor_energy(self) -> Array:
         """Energy that both motors have given so far, that of their rotors included (m,) [J].
 
         It is at the ropes, as their power, and at the times of `energies`.
         """
-        shaft = self.shaft(self.at(self.energies.time)[1])
-        if shaft is None or self.drive is None:
+        if self.drive is None or not self.drive.motor_inertia:
             return self.energies.motor
         inertia = self.drive.efficiency * self.drive.motor_inertia
-        return self.energies.motor + inertia * shaft[0] ** 2
+        motor = self.motor(self.at(self.energies.time)[1])
+        return self.energies.motor + np.asarray(inertia * motor.shaft_speed**2)
 
     @cached_property
     def rope_swing(self) -> RopeSwing:
@@ -328,7 +321,7 @@ class Deployment:
 class Histories:
     """Histories of a deployment at some times, for the rows of quantities: shape (m,) each.
 
-    Those of the motor, the margins and the arm are None where the deployment has none.
+    Those of the margins and the arm are None where the deployment has none.
 
     Attributes
     ----------
@@ -372,45 +365,14 @@ class Histories:
         arm = self.deployment.arm
         return None if arm is None else np.abs(arm.angular_momentum(self.time))
 
-    @property
-    def motor_power(self) -> Array:
-        """Of both motors [W]."""
-        return self.deployment.motor_power(self.truss)
+    def largest(self, rows: Sequence[Array]) -> Array:
+        """At each time, of several histories."""
+        return np.asarray(np.max(rows, axis=0))
 
     @cached_property
-    def _shaft(self) -> tuple[Array, Array] | None:
-        return self.deployment.shaft(self.truss)
-
-    @property
-    def _rotor(self) -> bool:
-        """Whether the motor has one, so that it brakes, too."""
-        drive = self.deployment.drive
-        return self._shaft is not None and drive is not None and drive.motor_inertia > 0.0
-
-    @property
-    def motor_force(self) -> Array | None:
-        """Modulus of the force of a motor with a rotor on each rope [N]."""
-        return np.abs(self.deployment.motor_force(self.truss)) if self._rotor else None
-
-    @property
-    def motor_speed(self) -> Array | None:
-        """Of one motor's shaft [rad/s]."""
-        return None if self._shaft is None else self._shaft[0]
-
-    @property
-    def motor_torque(self) -> Array | None:
-        """Of one motor's shaft, or its modulus where the motor brakes, too [N m]."""
-        if self._shaft is None:
-            return None
-        return np.abs(self._shaft[1]) if self._rotor else self._shaft[1]
-
-    @property
-    def motor_load(self) -> Array | None:
-        """Largest share of the torque-speed curve [1]."""
-        if self._shaft is None or self.deployment.drive is None:
-            return None
-        shares = shares_of_the_curve(self.deployment.drive, *self._shaft)
-        return np.max(shares, axis=0) if shares else None
+    def motor(self) -> MotorAtWork:
+        """One motor."""
+        return self.deployment.motor(self.truss)
 
     @property
     def _rows(self) -> tuple[Array, Array, Array]:
@@ -481,7 +443,7 @@ def columns_at(deployment: Deployment, time: Array) -> dict[str, Array]:
         "rope_acceleration": truss.rope_acceleration,
         "motor_force": truss.rope_force,
         "far_end_tension": truss.far_end_tension,
-        "motor_power": deployment.motor_power(truss),
+        "motor_power": deployment.motor(truss).power,
         "angle": motion.angle,
         "angular_speed": motion.speed,
         "angular_acceleration": motion.acceleration,
