@@ -12,11 +12,14 @@ import io
 import pkgutil
 import sys
 import tokenize
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import Any
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 import ocp
 from benchmarks.entry import answer_for
@@ -128,34 +131,24 @@ def circles(sources: Sequence[CountedFile], *, types: bool = False) -> list[list
     types : bool
         Whether imports for types alone count.
     """
-    known = {s.module for s in sources}
-    names = {s.module: s.imports - (set() if types else s.for_types) for s in sources}
-    graph = {m: {_owner(name, known) for name in of} - {None} for m, of in names.items()}
-    reached = {module: _reached(module, graph) for module in graph}
-    found, seen = [], set[str]()
-    for module in sorted(graph):
-        circle = sorted(m for m in reached[module] if module in reached[m])
-        if module in circle and module not in seen:
-            found.append(circle)
-            seen.update(circle)
-    return found
+    places = {source.module: k for k, source in enumerate(sources)}
+    links = np.zeros((len(sources), len(sources)), dtype=bool)
+    for k, source in enumerate(sources):
+        for name in source.imports - (set() if types else source.for_types):
+            if (owner := _owner(name, places)) is not None:
+                links[k, places[owner]] = True
+
+    _, labels = connected_components(links, connection="strong")
+    groups = ([m for m, k in places.items() if labels[k] == one] for one in np.unique(labels))
+    return sorted(sorted(group) for group in groups if len(group) > 1)
 
 
-def _owner(name: str, known: set[str]) -> str | None:
+def _owner(name: str, known: Container[str]) -> str | None:
     """The module that a name is, or is defined in; None outside the files that are known."""
     if name in known:
         return name
     parent = name.rpartition(".")[0]
     return parent if parent in known else None
-
-
-def _reached(module: str, graph: dict[str, Any]) -> set[str]:
-    found, open_ = set[str](), list(graph[module])
-    while open_:
-        if (following := open_.pop()) not in found:
-            found.add(following)
-            open_.extend(graph[following])
-    return found
 
 
 def entered() -> set[str]:

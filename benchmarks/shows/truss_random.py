@@ -17,7 +17,7 @@ import shutil
 import subprocess
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -272,7 +272,7 @@ def read_output(text: str) -> dict[str, Any]:
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
-    """Return each study in a row, how many ended how, and how long they took."""
+    """Return each study in a row, and what is promised of all, with how long they took."""
     columns: Columns = {
         "case": "index",
         "objective": "objective",
@@ -293,7 +293,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
     }
     note = "value: of the objective, SI units; what each command printed is in its case's folder."
     studies = listed("Random studies of the truss", rows, columns, (note,))
-    return [studies, _totals(rows), _promises(rows)]
+    return [studies, _promises(rows)]
 
 
 def _reason(row: Row) -> str:
@@ -308,57 +308,23 @@ def _promises(rows: Sequence[Row]) -> Table:
     refused = [row for row in done if row["code"] == ExitCode.INFEASIBLE]
     seconds = [row["processor"] for row in done if row.get("processor") is not None]
     middle, most, worst = np.percentile(seconds, (50, 95, 100)) if seconds else [math.nan] * 3
-    unsure = sum(row["code"] in (ExitCode.NOT_SOLVED, ExitCode.NOT_VERIFIED) for row in done)
+    unsure = (ExitCode.NOT_SOLVED, ExitCode.NOT_VERIFIED)
 
-    def share(part: int, whole: Sequence[Row]) -> str:
-        return f"{part} of {len(whole)}"
+    def share(whole: Sequence[Row], counts: Callable[[Row], object]) -> str:
+        return f"{sum(bool(counts(row)) for row in whole)} of {len(whole)}"
+
+    def broke(row: Row) -> bool:
+        return row["traceback"] or row["code"] == ExitCode.INTERNAL
 
     cells = [
-        ("no answer within the limit", share(len(rows) - len(done), rows)),
-        ("exit 70 or a traceback", share(sum(_broke(row) for row in done), done)),
-        ("exit 0, and its profile passes", share(sum(r.get("check") == 0 for r in solved), solved)),
-        ("exit 0, and a baseline is better", share(sum(_beaten(r) for r in solved), solved)),
-        ("exit 3, and its proof is named", share(sum(_proven(r) for r in refused), refused)),
-        ("exits 4 and 5", share(unsure, done)),
+        ("no answer within the limit", share(rows, lambda row: row["failure"])),
+        ("exit 70 or a traceback", share(done, broke)),
+        ("exit 0, and its profile passes", share(solved, lambda row: row.get("check") == 0)),
+        ("exit 0, and a baseline is better", share(solved, lambda row: row.get("beaten_by"))),
+        ("exit 3, and its proof is named", share(refused, lambda row: row.get("proof"))),
+        ("exits 4 and 5", share(done, lambda row: row["code"] in unsure)),
         ("CPU seconds: median", f"{middle:.3g}"),
         ("CPU seconds: 95 %", f"{most:.3g}"),
         ("CPU seconds: worst", f"{worst:.3g}"),
     ]
     return Table("What is promised", ("", "found"), cells)
-
-
-def _broke(row: Row) -> bool:
-    return bool(row["traceback"]) or row["code"] == ExitCode.INTERNAL
-
-
-def _beaten(row: Row) -> bool:
-    return bool(row.get("beaten_by"))
-
-
-def _proven(row: Row) -> bool:
-    return bool(row.get("proof"))
-
-
-def _totals(rows: Sequence[Row]) -> Table:
-    """How the studies of each objective ended."""
-    endings = {_ending(row): None for row in rows}
-    names = sorted(endings)
-    head = ("objective", "studies", *names, "tracebacks", "longest [s]")
-    body = []
-    for objective in (*ASKED, "all"):
-        chosen = [row for row in rows if objective in (row["objective"], "all")]
-        counts = [str(sum(_ending(row) == name for row in chosen)) for name in names]
-        tracebacks = sum(bool(row.get("traceback")) for row in chosen)
-        longest = max((row["seconds"] for row in chosen), default=None)
-        cells = (objective, str(len(chosen)), *counts, str(tracebacks), number(longest, 3))
-        body.append(cells)
-    return Table("How they ended", head, body)
-
-
-def _ending(row: Row) -> str:
-    """Name of the exit code, in small letters."""
-    if row["failure"]:
-        return "no answer"
-    names = {int(code): code.name for code in ExitCode}
-    name = names.get(row["code"], f"code {row['code']}")  # others: killed by a signal
-    return name.lower().replace("_", " ")

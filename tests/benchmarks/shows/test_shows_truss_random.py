@@ -102,13 +102,9 @@ def test_rows_of_all_kinds_are_printed() -> None:
         {**base, "index": 2, **ended, "code": -11},
         {**base, "index": 3, "failure": "not done after 1 s"},
     ]
-    studies, totals, promises = tables(rows)
+    studies, promises = tables(rows)
     assert dict(promises.rows)["exit 70 or a traceback"] == "1 of 3"
     assert dict(promises.rows)["no answer within the limit"] == "1 of 4"
     assert "not done after 1 s" in str(studies)
     assert "YES" in str(studies)
-    last = dict(zip(totals.head, totals.rows[-1], strict=True))
-    assert last["studies"] == "4"
-    assert last["ok"] == last["internal"] == last["code -11"] == last["no answer"] == "1"
-    assert last["tracebacks"] == "1"
     assert truss_random.LIMIT > 0
