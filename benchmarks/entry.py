@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from studies.common.configuration import nearest
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 
@@ -67,10 +66,3 @@ def whole(flag: str, text: str, least: int = 1) -> int:
         kind = "positive whole number" if least == 1 else f"whole number of at least {least}"
         raise StudyError(f"{flag} is {text!r}; give a {kind}")
     return value
-
-
-def closest(name: str, known: Iterable[str]) -> str:
-    """Return the end of a sentence about an unknown name: the nearest known one, or all."""
-    names = list(known)
-    near = nearest(name, names)
-    return f"did you mean {near}?" if near else f"known are {', '.join(names)}"

@@ -7,7 +7,7 @@ import json
 import textwrap
 
 from studies import registry
-from studies.common.configuration import nearest
+from studies.common.configuration import closest
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.key_flags import key_flags
@@ -53,9 +53,7 @@ def _study(name: str) -> Study:
         return registry.study_named(name)
     except KeyError:
         known = [study.name for study in registry.studies()]
-        near = nearest(name, known)
-        hint = f"did you mean {near}?" if near else f"choose one of {', '.join(known)}"
-        raise StudyError(f"there is no study '{name}'; {hint}") from None
+        raise StudyError(f"there is no study '{name}'; {closest(name, known)}") from None
 
 
 def keys_text(study: Study) -> str:

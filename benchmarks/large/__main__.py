@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.entry import answer_for, closest, positive
+from benchmarks.entry import answer_for, positive
 from benchmarks.large.judgement import judged
 from benchmarks.large.peer import NAME, motion_of, peer_process
 from benchmarks.large.problems import PROBLEMS, Large
@@ -29,6 +29,7 @@ from benchmarks.large.work import (
 from benchmarks.processes import FreshProcess
 from ocp import FixedMesh, OcpError, Radau, Settings, Solution, solve
 from ocp.progress import Progress
+from studies.common.configuration import closest
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 

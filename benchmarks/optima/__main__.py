@@ -6,12 +6,13 @@ import argparse
 import sys
 from collections.abc import Mapping, Sequence
 
-from benchmarks.entry import answer_for, closest
+from benchmarks.entry import answer_for
 from benchmarks.optima.benchmark import Benchmark
 from benchmarks.optima.checks import OWN_CHECKS
 from benchmarks.optima.problems import CATALOGUE
 from benchmarks.records import Record
 from benchmarks.regression import solved_apart
+from studies.common.configuration import closest
 from studies.common.console import Console, Table, number
 from studies.common.exit_codes import ExitCode, StudyError, quoted
 from studies.common.result import outcome

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from benchmarks.entry import closest
+from studies.common.configuration import closest
 from studies.common.console import Table
 from studies.common.exit_codes import StudyError
 

@@ -13,7 +13,7 @@ from studies import registry
 from studies.check.reading.headers import own_column
 from studies.check.reading.raw_table import read_table
 from studies.check.reading.table import refuse
-from studies.common.configuration import check_keys, nearest
+from studies.common.configuration import check_keys, closest
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.result import Result
@@ -32,12 +32,10 @@ def judging_study(name: str) -> Study:
     if isinstance(found, Study) and found.judge is not None:
         return found
     known = [study.name for study in registry.studies() if study.judge is not None]
-    near = nearest(name, known)
-    hint = f"did you mean {near}?" if near else f"choose one of {', '.join(known)}"
-    without = "leave it out: a profile of the truss or the arm is told by its columns"
-    raise StudyError(
-        f"--study is {quoted(name)}, no study that judges profiles; {hint if known else without}"
-    )
+    hint = "leave it out: a profile of the truss or the arm is told by its columns"
+    if known:
+        hint = closest(name, known)
+    raise StudyError(f"--study is {quoted(name)}, no study that judges profiles; {hint}")
 
 
 def check_own(

@@ -211,6 +211,13 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return next(iter([*near, *(longer if len(longer) == 1 else [])]), "")
 
 
+def closest(word: str, known: Iterable[str], all_of_them: str = "choose one of") -> str:
+    """The end of a sentence about an unknown word: the nearest known one, or all."""
+    known = list(known)
+    near = nearest(word, known)
+    return f"did you mean {near}?" if near else f"{all_of_them} {', '.join(known)}"
+
+
 @describes({"type": "number", "exclusiveMinimum": 0})
 def positive(name: str, value: Any) -> float:
     """A finite number above zero."""
@@ -286,9 +293,7 @@ def choice(names: Iterable[str]) -> Reader:
 
     def read(name: str, value: Any) -> str:
         if value not in names:
-            near = nearest(str(value), names)
-            hint = f"did you mean {near}?" if near else f"choose one of {', '.join(names)}"
-            raise StudyError(f"{name} is {quoted(value)}; {hint}")
+            raise StudyError(f"{name} is {quoted(value)}; {closest(str(value), names)}")
         return str(value)
 
     return Described(read, {"enum": list(names)})

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.common.configuration import nearest, put, read_toml
+from studies.common.configuration import closest, put, read_toml
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.key_flags import add_key_flags, key_flags, put_key_flags
@@ -118,9 +118,7 @@ def _file(study: Study, options: argparse.Namespace) -> Path | None:
     if preset is None:
         return own
     if preset not in known:
-        near = nearest(preset, known)
-        hint = f"did you mean {near}?" if near else f"choose one of {', '.join(known)}"
-        raise StudyError(f"there is no preset '{preset}'; {hint}")
+        raise StudyError(f"there is no preset '{preset}'; {closest(preset, known)}")
     return study.presets / f"{preset}.toml"
 
 

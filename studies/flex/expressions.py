@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.configuration import nearest
+from studies.common.configuration import closest, nearest
 from studies.common.exit_codes import StudyError, quoted
 
 LONGEST = 1000  # characters; a longer law belongs into a CSV file
@@ -174,8 +174,7 @@ class _Translator:
     def _call(self, node: ast.Call, depth: int) -> Any:
         called = node.func.id if isinstance(node.func, ast.Name) else ""
         if called not in FUNCTIONS:
-            near = nearest(called, FUNCTIONS)
-            hint = f"did you mean {near}?" if near else f"known are {', '.join(FUNCTIONS)}"
+            hint = closest(called, FUNCTIONS, "known are")
             shown = called or ast.unparse(node.func)
             raise StudyError(f"{self.name} calls '{shown}', which no law may; {hint}")
         count, function = FUNCTIONS[called]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies import registry
-from studies.common.configuration import nearest, table
+from studies.common.configuration import closest, table
 from studies.common.console import silent
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.keys import key_lines
@@ -34,9 +34,7 @@ def subject(name: str) -> tuple[Study, Swept]:
     if isinstance(study, Study) and study.sweep is not None:
         return study, study.sweep
     swept = [one.name for one in registry.studies() if one.sweep is not None]
-    near = nearest(name, swept)
-    hint = f"did you mean {near}?" if near else f"choose one of {', '.join(swept)}"
-    raise StudyError(f"subject is {quoted(name)}; {hint}")
+    raise StudyError(f"subject is {quoted(name)}; {closest(name, swept)}")
 
 
 def with_files(study: Study, raw: Mapping[str, Any], folder: Path) -> dict[str, Any]:
