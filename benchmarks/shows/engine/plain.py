@@ -78,7 +78,6 @@ class Plain:
         self.variant = variant
         self.count = intervals // len(variant.phases)
         self.points, self.slopes, self.weights = radau()
-        self.breakpoints = np.linspace(0.0, 1.0, self.count + 1)
         self._columns: list[tuple[Any, Values, Values, Values]] = []  # symbol, scale, limits
         self._rows: list[Any] = []
         self._limits: list[tuple[Values, Values]] = []
@@ -121,8 +120,7 @@ class Plain:
 
     def fractions(self) -> tuple[Values, Values]:
         """Fractions of the phase of the first point and all points of states, and of controls."""
-        begin, width = self.breakpoints[:-1, None], np.diff(self.breakpoints)[:, None]
-        places = (begin + self.points * width).ravel()
+        places = ((np.arange(self.count)[:, None] + self.points) / self.count).ravel()
         return np.concatenate([[0.0], places]), places
 
     def solve(self, start: Start, *, close: bool = False) -> float:
@@ -174,7 +172,7 @@ class Plain:
         """Columns and rows of a phase; its boundary values, integrals and misfits by name."""
         variant, n, d = self.variant, self.count, DEGREE
         times = [self._time(phase, end) for end in ("start", "end")]
-        step = (times[1] - times[0]) * ca.DM(np.diff(self.breakpoints)[None, :])
+        step = (times[1] - times[0]) / n
         self._row(times[1] - times[0], 0.0, math.inf)
 
         states, controls = phase["states"], phase["controls"]
@@ -192,7 +190,7 @@ class Plain:
         parts = [x[:, 0 : n * d : d], *(x[:, 1 + j :: d] for j in range(d))]
         for i in range(d):
             slope = sum(self.slopes[j, i] * parts[j] for j in range(d + 1))
-            miss = slope - ca.repmat(step, len(states), 1) * rates[:, i::d]
+            miss = slope - step * rates[:, i::d]
             self._row(ca.DM(np.diag(1 / x_scale)) @ miss, 0.0, 0.0)
         for k, row in enumerate(phase.get("path", [])):
             least, most = variant.limits(row)
@@ -202,7 +200,7 @@ class Plain:
             self._row(peaks[k, :] - self.unknowns[name], -math.inf, 0.0)
             self._row(-peaks[k, :] - self.unknowns[name], -math.inf, 0.0)
 
-        weights = ca.vec(ca.DM(self.weights) @ step)
+        weights = step * ca.DM(np.tile(self.weights, n))
         values: dict[str, Any] = {"t_i": times[0], "t_f": times[1], "states": parts}
         for i, name in enumerate(states):
             values |= {f"{name}_i": x[i, 0], f"{name}_f": x[i, -1]}
@@ -252,10 +250,9 @@ class Plain:
         nodes = np.concatenate([[0.0], self.points])
         total = 0.0
         for place, time in enumerate(samples["times"]):
-            fraction = (time - start) / (end - start)
-            k = int(np.searchsorted(self.breakpoints, fraction, side="right")) - 1
-            k = min(k, self.count - 1)
-            tau = (fraction - self.breakpoints[k]) / np.diff(self.breakpoints)[k]
+            passed = (time - start) / (end - start) * self.count
+            k = min(int(passed), self.count - 1)
+            tau = passed - k
             basis = [float(np.prod([(tau - b) / (a - b) for b in nodes if b != a])) for a in nodes]
             for i, name in enumerate(phase["states"]):
                 value = sum(w * part[i, k] for w, part in zip(basis, values["states"], strict=True))
