@@ -15,6 +15,7 @@ from studies.common.configuration import (
     from_mapping,
     key,
     optional_key,
+    part_below_one,
     positive,
     table,
     whole,
@@ -29,14 +30,6 @@ from studies.truss.config import study_from as truss_study_from
 UNITS = {"crank": "m", "link": "m", "spring_stiffness": "N/m", "spring_free_length": "m"}
 FREE = tuple(UNITS)  # neither the diameter nor the tension of the net depends on them
 OBJECTIVES = ("peak-force", "peak-factored-force")
-
-
-def _part(name: str, value: Any) -> float:
-    """A number above zero and below one."""
-    part = positive(name, value)
-    if part >= 1.0:
-        raise StudyError(f"{name} is {part:g}; give a part below 1, as 0.3 for 30 %")
-    return part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +63,10 @@ class DesignSpace:
         flags=(Flag("--free", metavar="A,B", read=with_commas),),
     )
     range: float = key(
-        _part, "", "part of its stated value by which each may change, up and down", default=0.3
+        part_below_one(", as 0.3 for 30 %"),
+        "",
+        "part of its stated value by which each may change, up and down",
+        default=0.3,
     )
     holding_force: float | None = optional_key(
         positive, "N", "least force on each rope that holds the open truss; none: that of the truss"

@@ -148,16 +148,12 @@ def _chart(axis_key: str, key: str, laws: Mapping[str, tuple[Series, Series]]) -
 
 
 def _axis_key(name: str) -> str:
-    tail = _tail(name)
+    tail = name.rpartition("/")[2]
     return TIME if tail in (TIME, "instant") else tail
 
 
 def _is_time(axis: Series) -> bool:
     return axis.unit == "s" and axis.values.size > 1
-
-
-def _tail(name: str) -> str:
-    return name.rpartition("/")[2]
 
 
 def words(name: str) -> str:

@@ -242,6 +242,23 @@ def finite(name: str, value: Any) -> float:
     return float(value)
 
 
+def part_below_one(remedy: str) -> Described[float]:
+    """Reader of a number above zero and below one.
+
+    Parameters
+    ----------
+    remedy : what to say of a larger one, behind "give a part below 1".
+    """
+
+    def read(name: str, value: Any) -> float:
+        part = positive(name, value)
+        if part >= 1.0:
+            raise StudyError(f"{name} is {part:g}; give a part below 1{remedy}")
+        return part
+
+    return Described(read, {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1})
+
+
 @describes({"type": "boolean"})
 def boolean(name: str, value: Any) -> bool:
     """True or false."""

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from studies.common.configuration import positive
-from studies.common.exit_codes import StudyError
+from studies.common.configuration import part_below_one
 
 
 @dataclass(frozen=True)
@@ -33,9 +31,5 @@ def rate(broken: int, draws: int, confidence: float) -> Rate:
     return Rate(broken, draws, float(interval.low), float(interval.high))
 
 
-def confidence(name: str, value: Any) -> float:
-    """Reader of the confidence of an interval: a part below 1."""
-    level = positive(name, value)
-    if level >= 1.0:
-        raise StudyError(f"{name} is {level:g}; give a part below 1, as 0.95 for 95 %")
-    return level
+# of the confidence of an interval
+confidence = part_below_one(", as 0.95 for 95 %")

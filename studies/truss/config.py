@@ -28,6 +28,7 @@ from studies.common.configuration import (
     key,
     not_negative,
     optional_key,
+    part_below_one,
     positive,
     section,
     table,
@@ -114,16 +115,7 @@ def _ends(text: str) -> Any:
     return ends[0] if len(ends) == 1 else ends
 
 
-@describes({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1})
-def _share(name: str, value: Any) -> float:
-    """A number above zero and below one."""
-    share = positive(name, value)
-    if share >= 1.0:
-        raise StudyError(
-            f"{name} is {share:g}; give a part below 1: with {share:g} a later objective could "
-            f"make an earlier one {1 + share:g} times as large"
-        )
-    return share
+_share = part_below_one(": a later objective may worsen an earlier one by this part of it")
 
 
 def _parameters_class() -> type[Any]:

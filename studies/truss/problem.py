@@ -185,7 +185,9 @@ def state(
     pull : Pull, optional
         Of several trusses that move by one law: objective and caps on forces hold for all.
     """
-    caps, moved = _Limits(study, limits or {}), _arm_of_the_guess(study, start)
+    caps, model = _Limits(study, limits or {}), study.ring_on_arm
+    # the arm while the ring opens by the motion to start from
+    moved = None if model is None else arm_motion(model, start.law)
     signals = _signals(study, study.truss if truss is None else truss, with_forces, caps, pull)
     if moved is not None:
         signals = replace(signals, arm=_arm_signals(moved, signals))
@@ -224,12 +226,6 @@ def _nets(study: TrussStudy) -> tuple[Net, ...]:
     if study.opening.start >= study.truss.net_angle:
         return ("taut",)
     return ("slack", "taut") if study.opening.end > study.truss.net_angle else ("slack",)
-
-
-def _arm_of_the_guess(study: TrussStudy, start: StartingMotion) -> ArmMotion | None:
-    """The arm while the ring opens by the motion to start from; None without an arm."""
-    model = study.ring_on_arm
-    return None if model is None else arm_motion(model, start.law)
 
 
 def _arm_signals(moved: ArmMotion, signals: Signals) -> ArmSignals:
@@ -465,7 +461,8 @@ def _phase(
     if (arm := signals.arm) is not None and moved is not None:
         dynamics |= dict(zip(arm.coordinates, arm.rates, strict=True))
         dynamics |= dict(zip(arm.rates, arm.accelerations, strict=True))
-        guess |= _arm_guess(arm, moved)
+        rows = zip((*arm.coordinates, *arm.rates), (*moved.q, *moved.v), strict=True)
+        guess |= {signal: (moved.time, values) for signal, values in rows}
 
     return Phase(
         name,
@@ -477,12 +474,6 @@ def _phase(
         bounds=bounds,
         guess=guess,
     )
-
-
-def _arm_guess(arm: ArmSignals, moved: ArmMotion) -> dict[Any, Any]:
-    """Guesses of the arm's states, sampled along the motion to start from."""
-    rows = zip((*arm.coordinates, *arm.rates), (*moved.q, *moved.v), strict=True)
-    return {signal: (moved.time, values) for signal, values in rows}
 
 
 def _bounds(
