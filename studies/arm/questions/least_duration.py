@@ -28,6 +28,7 @@ from studies.arm.laws.shapers import (
     needs_search,
 )
 from studies.arm.laws.unit_laws import NamedLaw, unit_law
+from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.optimal.study_solver import Say, StudySolver
 from studies.arm.questions.baselines import replay_law
@@ -55,7 +56,6 @@ from studies.common.processes.side_by_side import side_by_side
 from studies.common.result import Result, Verdict
 
 OPTIMUM = "optimum"
-RESIDUAL = 1e-6  # [J] that a motion of least duration may leave
 _PART = 32  # durations scanned before the full model is asked
 _SLACK = 0.999  # of the optimum's cap, for peaks between the points and the reaction of the model
 _PEAK_SAMPLES = 2001  # instants at which the rigid arm's torque is looked at

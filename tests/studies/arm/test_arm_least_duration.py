@@ -10,7 +10,8 @@ from models.laws.unit_turns import linear_torque, quintic
 from studies.arm.laws.rigid import torque_drives
 from studies.arm.laws.scan import left_by_laws
 from studies.arm.laws.shapers import free_frequencies, locked_frequency, needs_search, shaper_note
-from studies.arm.questions.least_duration import RESIDUAL, first_pass, windows
+from studies.arm.optimal.objectives import RESIDUAL
+from studies.arm.questions.least_duration import first_pass, windows
 from studies.arm.replay.numerical_floor import Floor
 from studies.arm.replay.reduced_model import reduced_residual
 from studies.arm.stage import big_arm, small_arm

@@ -127,7 +127,7 @@ def sequence_problem(
         [big.phase, dwell, small.phase],
         minimise=goal + weight * smooth,
         bounds=[dwell_time, *big.bounds, *small.bounds],
-        links=(*lock_links(phases, case), *release_links(phases, case)),
+        links=(*lock_links(phases), *release_links(phases, case)),
     )
     return StatedMotion(stated, (big, small), least, weight)
 
@@ -207,7 +207,7 @@ def _dwell(case: Sequence, before: ArmPhase, times: tuple[float, float]) -> Phas
     )
 
 
-def lock_links(phases: SequencePhases, case: Sequence) -> tuple[Bound, ...]:
+def lock_links(phases: SequencePhases) -> tuple[Bound, ...]:
     """Jump map of the root's lock: M (v+ - v-) = Phi_q^T Lambda, in the locked coordinates.
 
     B21 is aimed beside rest so that the full model rests. The dwell is the full model's: it begins
