@@ -166,7 +166,5 @@ def _responses(stage: Stage, run: Simulation, t: Array, count: int) -> Array:
 
 def _from_zero(law: PPoly) -> PPoly:
     """The law with a piece of zero before it, from time zero on."""
-    if law.x[0] <= 0.0:
-        return law
     c = np.concatenate([np.zeros((len(law.c), 1)), law.c], axis=1)
     return PPoly(c, np.concatenate([[0.0], law.x]))

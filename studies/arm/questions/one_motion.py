@@ -184,20 +184,11 @@ def with_duration(columns: Mapping[str, list[Metric]], stage: Stage) -> dict[str
 def _column_of_optimum(
     study: ArmStudy, refined: Refined, history: Loads, profile: SampledProfile
 ) -> list[Metric]:
-    """The quantities of the optimum, also where something is not as planned.
-
-    Raises
-    ------
-    StudyError
-        With what the model says, where it cannot tell one of them.
-    """
+    """The quantities of the optimum, also where something is not as planned."""
     # under angle drive the torque is the reaction that the replay finds
     peaks = refined.motion.peak_torque if study.drive == "torque" else None
     metrics = quantities_of(refined.replay, history, study.arm, study.pointing_error, peaks)
-    try:
-        metrics += optimum_quantities(refined.motion, refined.replay)
-    except ModelError as error:
-        raise StudyError(str(error)) from error
+    metrics += optimum_quantities(refined.motion, refined.replay)
     metrics += off_time_quantities(refined.replay)
     title = f"residual energy of the profile sampled every {profile.step:.4g} s"
     return [*metrics, Metric("sampled_residual_energy", title, "J", profile.residual_energy)]

@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from models.ancf.integrate import StepControl
 from ocp.arrays import Array
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import FLOOR
 from studies.arm.questions.robust.spread import Spread
-from studies.arm.replay.full_model import LockedMotion, Motion, replay
+from studies.arm.replay.full_model import CLOSE, LockedMotion, Motion, replay
 from studies.arm.replay.reduced_model import NOMINAL, Factors, residuals, varied
 from studies.arm.replay.sampled import SampledProfile, sampled_to
 from studies.common.console import Console
@@ -30,7 +29,6 @@ Say = Callable[[str], None]
 FULL = 3  # points a side on the full model
 # arms on B21 in a group, or more, and groups at most: with a single one all processes but one wait
 _ABREAST, _GROUPS = 500, 8
-_REPLAY = StepControl(1e-8, stages=7)
 MASSES = (0.9, 1.1)
 _MORE = 1.1  # times what a motion leaves, that its samples may leave
 
@@ -152,7 +150,7 @@ def _on_full_model(given: Motion, arms: Sequence[Factors], console: Console) -> 
         if _is_nominal(factors):
             left.append(float("nan"))
             continue
-        left.append(replay(of_arm(given, factors), settings=_REPLAY).residual_energy)
+        left.append(replay(of_arm(given, factors), settings=CLOSE).residual_energy)
     return left
 
 
@@ -187,4 +185,4 @@ def mass_parts(motion: OptimalMotion, kept: FinishedSteps) -> list[Part]:
 def _missed(given: Motion, mass: float, console: Console) -> float:
     """Angle miss [rad] at the lock with another tip mass."""
     console.live(f"{given.name}: angle miss with {mass:g} of the tip mass")
-    return replay(of_arm(given, (1.0, 1.0, mass)), settings=_REPLAY).miss
+    return replay(of_arm(given, (1.0, 1.0, mass)), settings=CLOSE).miss

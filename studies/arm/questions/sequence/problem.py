@@ -69,15 +69,6 @@ class Sequence:
         return float(4.0 * roots**2 / self.moving_time**2)
 
 
-@dataclass(frozen=True, eq=False)
-class SequencePhases:
-    """The phases of a sequence with the signals their expressions are made of."""
-
-    first: ArmPhase
-    dwell: Phase
-    second: ArmPhase
-
-
 def turning(stage: Stage) -> float:
     """J D of the joint that turns [N m s^2]."""
     return float(stage.inertia_turns[stage.moving[0]])
@@ -109,8 +100,7 @@ def sequence_problem(
 
     `left` is the energy [J] that the first lock may meet; None demands rest there too.
     """
-    phases = _phases(case, cap, least == "time", left)
-    big, dwell, small = phases.first, phases.dwell, phases.second
+    big, dwell, small = _phases(case, cap, least == "time", left)
 
     # both goals are near one: the smoothness beside them keeps its share
     if least == "time":
@@ -127,7 +117,7 @@ def sequence_problem(
         [big.phase, dwell, small.phase],
         minimise=goal + weight * smooth,
         bounds=[dwell_time, *big.bounds, *small.bounds],
-        links=(*lock_links(phases), *release_links(phases, case)),
+        links=(*lock_links(big, dwell), *release_links(dwell, small, case)),
     )
     return StatedMotion(stated, (big, small), least, weight)
 
@@ -142,7 +132,9 @@ def stage_alone(stage: Stage, cap: float, moving_time: float) -> StatedMotion:
     return StatedMotion(stated, (arm,), "time")
 
 
-def _phases(case: Sequence, cap: float | None, free: bool, left: float | None) -> SequencePhases:
+def _phases(
+    case: Sequence, cap: float | None, free: bool, left: float | None
+) -> tuple[ArmPhase, Phase, ArmPhase]:
     """The phases; `free` leaves the last instant to the optimiser."""
     caps = TorqueCaps((cap, cap))
     lock = case.first.duration
@@ -167,7 +159,7 @@ def _phases(case: Sequence, cap: float | None, free: bool, left: float | None) -
         suffix=", small",
         linked=True,
     )
-    return SequencePhases(first, _dwell(case, first, (lock, release_time)), second)
+    return first, _dwell(case, first, (lock, release_time)), second
 
 
 def window(guess: float, span: float) -> Between:
@@ -207,15 +199,15 @@ def _dwell(case: Sequence, before: ArmPhase, times: tuple[float, float]) -> Phas
     )
 
 
-def lock_links(phases: SequencePhases) -> tuple[Bound, ...]:
+def lock_links(first: ArmPhase, dwell: Phase) -> tuple[Bound, ...]:
     """Jump map of the root's lock: M (v+ - v-) = Phi_q^T Lambda, in the locked coordinates.
 
     B21 is aimed beside rest so that the full model rests. The dwell is the full model's: it begins
     with what is left without the aim.
     """
-    free = phases.first.model
-    q, v = column(phases.first.q), column(phases.first.v)
-    aims = ca.vertcat(*[0.0 if aim is None else aim.symbol for aim in phases.first.aims])
+    free = first.model
+    q, v = column(first.q), column(first.v)
+    aims = ca.vertcat(*[0.0 if aim is None else aim.symbol for aim in first.aims])
     q, v = q - aims[: free.size], v - aims[free.size :]
     # derivatives need symbols: a function takes the arguments that are none
     place, rate = ca.SX.sym("q", free.size), ca.SX.sym("v", free.size)
@@ -223,17 +215,15 @@ def lock_links(phases: SequencePhases) -> tuple[Bound, ...]:
     kept = [place[k] for k in kept_by_lock(free, (ROOT,))]
     jump = ca.Function("jump", [place, rate], [ca.vertcat(*kept, *solve_small(mass, momentum))])
     values = ca.vertsplit(jump(q, v))
-    return joined(
-        phases.first.phase, phases.dwell, dict(zip(phases.dwell.states, values, strict=True))
-    )
+    return joined(first.phase, dwell, dict(zip(dwell.states, values, strict=True)))
 
 
-def release_links(phases: SequencePhases, case: Sequence) -> tuple[Bound, ...]:
+def release_links(dwell: Phase, second: ArmPhase, case: Sequence) -> tuple[Bound, ...]:
     """The elbow's release: positions and rates lead on."""
     model = locked(case)
-    states = phases.dwell.states
+    states = dwell.states
     z, rate = column(states[: model.size]), column(states[model.size :])
-    q, v = release(model, phases.second.model)(z, rate)
+    q, v = release(model, second.model)(z, rate)
     values = [*ca.vertsplit(q), *ca.vertsplit(v)]
-    jump = dict(zip((*phases.second.q, *phases.second.v), values, strict=True))
-    return joined(phases.dwell, phases.second.phase, jump)
+    jump = dict(zip((*second.q, *second.v), values, strict=True))
+    return joined(dwell, second.phase, jump)
