@@ -7,17 +7,15 @@ are right to 1e-3, what a jump of torque leaves is some per cent too small.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import pairwise
 
-import casadi as ca
 import numpy as np
 
 from models.laws import Law
 from ocp.arrays import Array
 from studies.arm.laws.rigid import feed_forward, joint_motion
 from studies.arm.replay.full_model import Drive
-from studies.arm.replay.reduced_model import ArmEquations, arm_equations, fastest_rate, march
+from studies.arm.replay.reduced_model import arm_equations, fastest_rate, march
 from studies.arm.stage import Stage
 
 _STABLE = 2.2  # step times the fastest mode's rate; the method's limit is 2.6
@@ -50,9 +48,10 @@ def _abreast(stage: Stage, laws: Sequence[Law], drive: Drive) -> Array:
     """E_res of laws with equally many breakpoints."""
     # equations and step do not depend on the duration: those of 1 s are found again in the cache
     unit, arms = stage.lasting(1.0), len(laws)
-    advance, energy = _functions(unit, drive, arms)
+    equations = arm_equations(unit, drive, compiled=True)
+    advance = equations.step.map("advance", "serial", arms, [2], [])
     longest = _STABLE / fastest_rate(unit, drive)
-    state, nominal = np.tile(_equations(unit, drive).start[:, None], arms), np.ones(3)
+    state, nominal = np.tile(equations.start[:, None], arms), np.ones(3)
 
     edges = np.array([(0.0, *law.breakpoints, law.duration) for law in laws])
     for low, high in pairwise(edges.T):
@@ -64,6 +63,7 @@ def _abreast(stage: Stage, laws: Sequence[Law], drive: Drive) -> Array:
         inputs = [np.concatenate(given[:, :, 2 * k : 2 * k + 3], axis=1) for k in range(steps)]
         state = march(advance, state, inputs, nominal, (high - low) / steps)
 
+    energy = equations.energy.map("energy", "serial", arms, [2], [])
     return np.asarray(energy(state, given[:, :, -1].T, nominal).full())[0]
 
 
@@ -73,16 +73,3 @@ def _given(stage: Stage, law: Law, drive: Drive, t: Array) -> Array:
     if drive == "torque":
         return feed_forward(stage, law)(t)[k : k + 1]
     return np.stack([part[k] for part in joint_motion(stage, law, t)])
-
-
-@lru_cache(maxsize=32)
-def _functions(stage: Stage, drive: Drive, arms: int) -> tuple[ca.Function, ca.Function]:
-    """One step and the energy left of many arms of the stage; the factors are the same for all."""
-    equations = _equations(stage, drive)
-    advance = equations.step.map("advance", "serial", arms, [2], [])
-    return advance, equations.energy.map("energy", "serial", arms, [2], [])
-
-
-@lru_cache(maxsize=8)
-def _equations(stage: Stage, drive: Drive) -> ArmEquations:
-    return arm_equations(stage, drive, compiled=True)
