@@ -40,6 +40,9 @@ Run = Callable[[NlpSolver, StartingPoint], NlpResult]
 # where that happened on the mesh before, ends after the second number.
 PATIENCE, LEAST_PATIENCE = 300, 60
 
+# status of an attempt that ended in a worse optimum than an earlier mesh
+WORSE = "Worse_Optimum"
+
 
 def with_retries(
     run: Run,
@@ -49,6 +52,7 @@ def with_retries(
     before: Sequence[MeshIteration],
     *,
     most: float = math.inf,
+    worst: float = math.inf,
 ) -> NlpResult:
     """Solve one program by as many attempts as it takes; what every attempt took is counted.
 
@@ -66,6 +70,8 @@ def with_retries(
         The mesh iterations before this one.
     most : float
         Iterations of all attempts together, beside the budget.
+    worst : float
+        Scaled objective above which an attempt counts as failed: it has led to another optimum.
     """
     already = iterations_of(before)
     iterations, seconds, attempts = 0, 0.0, 0
@@ -74,6 +80,8 @@ def with_retries(
         result = run(budget.within(left, already + iterations), point)
         iterations, seconds = iterations + result.iterations, seconds + result.seconds
         attempts += 1
+        if result.outcome == "solved" and result.objective > worst:
+            result = replace(result, outcome="failed", status=WORSE)
         if result.outcome in ("solved", "interrupted") or budget.spent(already + iterations):
             break
         if iterations >= most:
@@ -267,6 +275,7 @@ class MeshSolver:
         before: Sequence[MeshIteration] = (),
         *,
         most: float = math.inf,
+        worst: float = math.inf,
     ) -> NlpResult:
         """Solve one program from a start, in at most so many iterations.
 
@@ -276,6 +285,9 @@ class MeshSolver:
             The mesh iterations until then.
         most : float
             Iterations of all attempts together.
+        worst : float
+            Objective, times the sense of the problem, above which an attempt has led to another
+            optimum [unit of the objective].
         """
         limits = self.limits(program)
 
@@ -283,7 +295,8 @@ class MeshSolver:
             return self.run(program, solver, point, limits, len(before) + 1)
 
         point = self.starting_point(program, start, limits)
-        return with_retries(run, solver, point, self.budget, before, most=most)
+        scaled = worst / program.scales.objective
+        return with_retries(run, solver, point, self.budget, before, most=most, worst=scaled)
 
     def run(
         self,

@@ -23,10 +23,12 @@ from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.policy import MeshPolicy
 from ocp.refinement.search import MeshAnswer
 from ocp.refinement.solved_mesh import (
+    CUT_SHORT,
     OVERPROMISE,
     Ending,
     MeshIteration,
     SolvedMesh,
+    best_of,
     best_start,
     record_of,
 )
@@ -195,6 +197,23 @@ def next_plan(
         finer=step.mesh.intervals > planned.program.mesh.intervals,
         violations_removed=planned.violations_removed + step.removes_violations,
     )
+
+
+def tight_plan(
+    meshes: MeshSolver, planned: PlannedMesh, ending: Ending, history: History, accuracy: Accuracy
+) -> PlannedMesh | None:
+    """The best mesh once more from its own motion, where the loop would end with a loose solve.
+
+    None if it is cut short, if no motion holds, or if that mesh has just been solved so.
+    """
+    if ending in CUT_SHORT or not history.solved:
+        return None
+    best = best_of(history.solved, accuracy)
+    again = planned.program.mesh is best.iterate.mesh and not planned.loose
+    if best.tight or again or not best.is_verifiable(accuracy):
+        return None
+    program = meshes.next_program(best.iterate, best.iterate.mesh)
+    return replace(planned, program=program, start=best.iterate, loose=False, finer=False)
 
 
 def _can_be_loose(meshes: MeshSolver) -> bool:

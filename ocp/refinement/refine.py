@@ -15,11 +15,26 @@ from ocp.nlp.interrupts import SecondInterrupt
 from ocp.refinement.endings import ending_of
 from ocp.refinement.first_start import first_answer
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.planning import History, PlannedMesh, first_plan, gap, look_at, next_plan
+from ocp.refinement.planning import (
+    History,
+    PlannedMesh,
+    first_plan,
+    gap,
+    look_at,
+    next_plan,
+    tight_plan,
+)
 from ocp.refinement.policies.brackets import most_iterations
 from ocp.refinement.raised_peaks import with_raised_peaks
 from ocp.refinement.search import FirstMesh, MeshAnswer
-from ocp.refinement.solved_mesh import Ending, MeshIteration, SolvedMesh, best_of, objective_error
+from ocp.refinement.solved_mesh import (
+    Ending,
+    MeshIteration,
+    SolvedMesh,
+    best_of,
+    objective_error,
+    worst_objective,
+)
 from ocp.refinement.stopped import budget_spent, interrupted
 from ocp.transcription.packing import trajectory_of
 
@@ -95,6 +110,8 @@ def refine(
             ending = step.ending or ending_of(meshes, history, step, accuracy)
             if ending is None:
                 planned = next_plan(meshes, planned, step, history)
+            elif tightly := tight_plan(meshes, planned, ending, history, accuracy):
+                planned, ending = tightly, None
     except SecondInterrupt:
         raise
     except KeyboardInterrupt:
@@ -120,7 +137,10 @@ def _solved(
     solver = solver.within_gap(gap(history.solved, accuracy, loose=loose))
     # breakpoints that move are given up after a while, where there is a mesh to go back to
     most = most_iterations(history.solved, planned.program.mesh)
-    result = meshes.solve(planned.program, planned.start, solver, before, most=most)
+    # to what the settings ask for: a second refinement to stricter dynamics changes no objective
+    sizes, asked = planned.program.scales, meshes.settings.accuracy
+    worst = worst_objective(history.solved, sizes, asked)
+    result = meshes.solve(planned.program, planned.start, solver, before, most=most, worst=worst)
     if planned.start is None:
         return first_answer(FirstMesh(meshes, solver, before), planned.program, result)
     return MeshAnswer(planned.program, result)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     Accuracy,
     AdaptiveMesh,
     Between,
@@ -29,6 +30,7 @@ from ocp import (
     solve,
 )
 from ocp.algorithm import first_mesh
+from ocp.nlp.solver import StartingPoint
 from ocp.refinement import endings
 from ocp.refinement.endings import meshes_to_come, stands_still
 from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
@@ -38,6 +40,7 @@ from ocp.refinement.solved_mesh import (
     best_start,
     is_refuted,
     unpromised_changes,
+    worst_objective,
 )
 from ocp.scaling.scales import Scales
 from tests.ocp.problems import (
@@ -119,6 +122,57 @@ def test_intervals_are_cut_where_more_points_lead_the_solver_astray():
     assert after.intervals > before.intervals
     assert found.verification.passed
     assert found.objective == pytest.approx(3.9522152, rel=1e-6)
+
+
+def two_basins():
+    """A control one below a sine, or one above it for 0.6 more; its steps take several meshes."""
+    x, u = State("x", "m", upper=9), Control("u", "m/s", piecewise="constant")
+    off = u - ca.sin(3 * TIME)
+    phase = Phase("follow", {x: u}, {x: 0}, end=1.0, guess={u: -1})
+    return Problem("two basins", phase, minimise=phase.integral(1 + (off**2 - 1) ** 2 + 0.3 * off))
+
+
+@dataclass(frozen=True)
+class Straying(Ipopt):
+    """IPOPT, but the first start with multipliers is in the wrong basin."""
+
+    strayed: list = field(default_factory=list, compare=False)
+
+    def solve(self, program, start, limits, parameters, listener=None):
+        if start.multipliers is not None and not self.strayed:
+            self.strayed.append(start)
+            start = StartingPoint(start.x + 1.0)
+        return super().solve(program, start, limits, parameters, listener)
+
+
+def test_a_mesh_that_ends_in_a_worse_optimum_is_solved_again():
+    solver = Straying()
+    found = solve(two_basins(), settings=Settings(accuracy=1e-3, solver=solver))
+    assert solver.strayed
+    assert found.objective == pytest.approx(0.694571516, rel=1e-3)
+    # from that basin each mesh brings the jump between the two a little further: 19 of them
+    assert len(found.mesh_iterations) <= 5
+
+
+@dataclass(frozen=True)
+class GivesUp(Ipopt):
+    """IPOPT, which gives up on each mesh but the first one, unless it is solved loosely."""
+
+    first: list = field(default_factory=list, compare=False)
+
+    def solve(self, program, start, limits, parameters, listener=None):
+        result = super().solve(program, start, limits, parameters, listener)
+        self.first.append(start.x.size)
+        if self.tolerance < 1e-8 and start.x.size != self.first[0]:
+            return replace(result, outcome="failed", status="Given_Up")
+        return result
+
+
+def test_a_loose_answer_is_not_the_last_word_where_finer_meshes_fail():
+    found = solve(two_basins(), settings=Settings(accuracy=1e-4, solver=GivesUp()))
+    loosely, tightly = (m for m in found.mesh_iterations if m.status != "Given_Up")
+    assert loosely.intervals == tightly.intervals == found.mesh.intervals
+    assert "refinement ended after a mesh that failed" in found.verdict
 
 
 def test_what_finer_controls_promise_counts_twice_up_to_the_accuracy_asked_for():
@@ -349,6 +403,26 @@ def test_a_round_that_gains_beyond_a_kink_is_no_answer():
     assert best_of([gains, at], ACCURACY) is at
     # unless there is no other one
     assert best_of([gains], ACCURACY) is gains
+
+
+def test_a_loose_round_counts_if_it_is_in_a_better_optimum():
+    tight, loose = mesh_round(2.0), mesh_round(1.9, tight=False)
+    assert best_of([loose, tight], ACCURACY) is loose
+    # what its digits explain does not count, and without any other one they are all there is
+    assert best_of([mesh_round(2.0 - 1e-3, tight=False), tight], ACCURACY) is tight
+    assert best_of([loose, mesh_round(1.9, excess=1e-3)], ACCURACY) is loose
+
+
+def test_a_mesh_has_strayed_that_is_worse_than_one_that_holds_may_become():
+    def worst(*solved, accuracy=ACCURACY):
+        return worst_objective(solved, mesh_round(1.0).iterate.scales, accuracy)
+
+    assert worst(mesh_round(2.0, gain=1e-5), mesh_round(3.0)) == pytest.approx(2.02)
+    assert worst(mesh_round(2.0, gain=0.1)) == pytest.approx(2.4)
+    # what does not hold, or to a wide tolerance alone, tells nothing of the optimum
+    assert worst() == worst(mesh_round(2.0, excess=1e-3)) == math.inf
+    assert worst(mesh_round(2.0, excess=2e-2), accuracy=Accuracy(path=1e-2)) == math.inf
+    assert worst(mesh_round(2.0, off_kinks=1e-3, beyond=1e-3)) == math.inf
 
 
 def test_a_motion_that_leaps_over_a_limit_starts_no_mesh():

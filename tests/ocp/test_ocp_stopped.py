@@ -179,7 +179,7 @@ WARM = StartingPoint(np.zeros(2), (np.ones(2), np.ones(1)))
 
 @dataclass
 class Runs:
-    """Runs that fail until the last one; notes barrier, line search, limit and start of each."""
+    """Runs that end so, each with an objective less by one; notes options and start of each."""
 
     outcomes: list[str]
     notes: list[tuple[str, str, int, bool]] = field(default_factory=list)
@@ -188,7 +188,8 @@ class Runs:
         warm = start.multipliers is not None
         self.notes.append((solver.barrier, solver.line_search, solver.max_iterations, warm))
         outcome, nothing = self.outcomes.pop(0), np.zeros(0)
-        return NlpResult(outcome, outcome, start.x, 0.0, nothing, nothing, nothing, 10, 0.5)
+        left = float(len(self.outcomes))
+        return NlpResult(outcome, outcome, start.x, left, nothing, nothing, nothing, 10, 0.5)
 
 
 def solved_before(attempts=1):
@@ -234,6 +235,15 @@ def test_an_attempt_that_is_solved_or_interrupted_is_the_last(outcome) -> None:
     result = with_retries(runs, Ipopt(), WARM, Budget(), solved_before())
     assert len(runs.notes) == 2
     assert (result.outcome, result.iterations) == (outcome, 20)
+
+
+def test_an_attempt_that_leads_to_a_worse_optimum_has_failed() -> None:
+    runs = Runs(["solved"] * 3)
+    result = with_retries(runs, Ipopt(), WARM, Budget(), solved_before(), worst=1.5)
+    assert (result.outcome, result.objective, result.iterations) == ("solved", 1.0, 20)
+    runs = Runs(["solved"] * 4)
+    result = with_retries(runs, Ipopt(), WARM, Budget(), solved_before(), worst=-0.5)
+    assert (result.outcome, result.attempts) == ("failed", 4)
 
 
 def test_a_warm_start_that_lost_its_way_before_is_not_waited_for_as_long() -> None:
