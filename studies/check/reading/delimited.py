@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ocp.arrays import Array
-from studies.check.reading.layout import Layout, clock, layout_of
+from studies.check.reading.layout import Layout, layout_of, number_of
 from studies.check.reading.table import RawTable, below_the_header, refuse
 from studies.common.exit_codes import quoted
 
@@ -215,13 +215,8 @@ def _cell_by_cell(path: Path, layout: TextLayout, places: tuple[int, ...]) -> li
 
 
 def _number_in(path: Path, cell: str, where: str) -> float:
-    if not cell:
-        return np.nan
-    seconds = clock(cell)
-    if seconds is not None:
-        return seconds
     try:
-        return float(cell)
+        return number_of(cell)
     except ValueError:
         refuse(
             path,

@@ -7,10 +7,12 @@ row above them that says most: names and units that are understood, else texts i
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from studies.check.reading.headers import is_unit, says_something
 
@@ -57,11 +59,19 @@ def is_number(cell: str, decimal: str) -> bool:
     return _NUMBER[decimal].fullmatch(cell) is not None or _CLOCK.fullmatch(cell) is not None
 
 
-def clock(cell: str) -> float | None:
-    """Seconds since midnight of a time of day; None for any other cell."""
-    found = _CLOCK.fullmatch(cell.strip().strip('"'))
+def number_of(cell: Any) -> float:
+    """The number in a cell: of a time of day its seconds since midnight, nan of an empty one.
+
+    Raises
+    ------
+    TypeError, ValueError, OverflowError
+        If there is none.
+    """
+    if cell is None or cell == "":
+        return math.nan
+    found = _CLOCK.fullmatch(cell.strip().strip('"')) if isinstance(cell, str) else None
     if found is None:
-        return None
+        return float(cell)
     hours, minutes, seconds = found.groups()
     return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds.replace(",", "."))
 

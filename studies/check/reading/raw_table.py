@@ -11,7 +11,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.delimited import read_delimited
-from studies.check.reading.layout import clock, layout_of
+from studies.check.reading.layout import layout_of, number_of
 from studies.check.reading.table import RawTable, below_the_header, refusal, refuse
 from studies.common.exit_codes import StudyError, quoted
 from studies.common.foreign_text import parsed_json
@@ -87,12 +87,8 @@ def _numbers(path: Path, name: str, values: Any) -> Array:
     """A list of JSON or Excel as numbers; nothing and texts without number are told."""
     numbers = np.empty(len(values))
     for row, value in enumerate(values):
-        if value is None or value == "":
-            numbers[row] = np.nan
-            continue
         try:
-            seconds = clock(value) if isinstance(value, str) else None
-            numbers[row] = float(value) if seconds is None else seconds
+            numbers[row] = number_of(value)
         except (TypeError, ValueError, OverflowError):
             refuse(path, f"has {quoted(value)} in row {row + 1} of {name}; give numbers only")
     return numbers
