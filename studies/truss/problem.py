@@ -95,7 +95,7 @@ ARM_DEGREE, ARM_INTERVALS = 6, 40
 # Of the largest force at rest, by which the ropes stay taut on an arm: what its mesh misses.
 PULL_MARGIN = 1e-3
 # [J^(1/2)] by which a solve stays below the root of a cap on the energy: what its mesh misses.
-ARM_MARGIN = 1e-4
+ARM_MARGIN = 1.5e-4
 LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
 # Where the stretch of the ropes is planned. The snap has no limit, so each finer mesh lowers a
 # force that rides its peak a little more and promises as much again. From so many unknowns on that

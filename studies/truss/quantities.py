@@ -309,7 +309,7 @@ QUANTITIES = {
         forces=True,  # the ropes would have to push without
         both_signs=True,
         needs="arm",
-        cap=Cap("wheel_torque", sought=9, back_off=5e-4),
+        cap=Cap("wheel_torque", sought=9, back_off=2e-3),
         size=lambda sizes: sizes.root_moment,
     ),
     "peak-root-momentum": Quantity(

@@ -250,6 +250,17 @@ def test_wheels_that_take_less_momentum() -> None:
     assert result.value("peak-reaction") == pytest.approx(3.18, abs=0.01)
 
 
+@pytest.mark.slow
+def test_wheels_that_take_less_of_both_are_kept_by_the_law_itself() -> None:
+    # fast modes of the arm, which the mesh does not follow, add 7e-4 to the moment
+    caps = {"wheel_momentum": 44.0, "wheel_torque": 30.0}
+    result = run(stated(caps=caps, solver={"starts": ["bezier"], "seconds": 3000}), silent())
+    assert not [check.name for check in result.checks if not check.passed]
+    assert 0.997 * 30.0 < result.value("peak-root-moment") <= 30.0
+    assert result.value("peak-root-momentum") == pytest.approx(44.0, rel=1e-3)
+    assert result.value("peak-reaction") == pytest.approx(3.26, abs=0.01)
+
+
 def test_the_arm_of_a_file_brings_its_satellite(tmp_path: Path) -> None:
     path = tmp_path / "arm.toml"
     path.write_text("satellite_inertia = 1500\n[arm]\ntip_mass = 25\n", "utf-8")

@@ -259,14 +259,16 @@ def test_the_wheels_of_a_held_satellite_share_out_time() -> None:
 def test_a_cap_on_the_momentum_shapes_the_motion_of_an_arm() -> None:
     """As a rigid arm that speeds up, goes on at its momentum and brakes, in closed form."""
     cap, T = 10.0, 9.0
-    raw = {"refine": False, "intervals": 100, "residual_energy": 0.01}
-    study = study_from({**raw, "wheel_momentum": cap})
-    plain, capped = (move(one, "big arm", T, Console()) for one in (study_from(raw), study))
+    study = study_from({"wheel_momentum": cap})
+    plain = move(study_from({"refine": False, "intervals": 100}), "big arm", T, Console())
+    capped = move(study, "big arm", T, Console())
     turn = big_arm(T).inertia_turns[0]  # T = turn/h + h/tau, with equal parts of both caps
     part = turn / (cap * (T - cap / study.big_torque))
     torque, momentum = capped.uses[0], capped.uses[2]
     assert torque.share == pytest.approx(momentum.share, rel=0.01)
-    assert part < torque.share < 1.07 * part  # a flexible arm cannot step its torque
+    # the torque starts and ends at zero, and so does its rate: with steps between both caps a
+    # linear program of the beam's modes needs 1.001 of the rigid part
+    assert part < torque.share < 1.012 * part
     assert np.abs(plain.history["momentum"]).max() > 1.25 * momentum.value
 
 
