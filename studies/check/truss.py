@@ -31,7 +31,6 @@ from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
-from studies.common.exit_codes import StudyError
 from studies.common.result import Criterion, Result, Series, at_most, outcome
 from studies.truss.bars import bars_of
 from studies.truss.carrier import refuse_arm
@@ -111,11 +110,6 @@ def check_truss(
         If its columns make no motion of this truss.
     """
     refuse_arm(study.arm, "a check of a profile")
-    if study.opening.rate:
-        raise StudyError(
-            f"start_rate_deg_per_s is {study.start_rate_deg_per_s:g}, but a check takes a profile "
-            "that starts at rest; leave it out"
-        )
     found = recover_truss(measured, study.truss)
     law = found.reachable(study.truss)
     deployment = deployment_of(PROFILE, law, study)
@@ -253,7 +247,10 @@ def _at_the_ends(
     ranges: Mapping[str, PeakRange],
     broken: Mapping[str, float],
 ) -> list[Criterion]:
-    """From rest to rest between the right angles, within what the noise leaves open."""
+    """Between the right angles, from rest or the stated rate to rest, but for noise.
+
+    The acceleration of a motion that is under way at its start may be any.
+    """
     recovered, opening = found.recovered, study.opening
     duration = recovered.law.duration
     ends = recovered.law.motion(np.array([0.0, duration]))
@@ -265,13 +262,16 @@ def _at_the_ends(
         limit = PROFILE_MISS + recovered.deviation(time, 0) + float(found.rounding[-place])
         held.append(at_most(f"miss of the {word} angle", "rad", miss, limit))
     most = _most(study, ranges, broken)
-    rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
+    speeds = ends.speed - np.array([opening.rate, 0.0])
+    rates = [("speed", 1, "rad/s", speeds, "peak-speed")]
     if study.jerk_limited:  # else zero acceleration means nothing
-        rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
+        accelerations = ends.acceleration * np.array([not opening.rate, True])
+        rates.append(("acceleration", 2, "rad/s^2", accelerations, "peak-acceleration"))
     for word, order, unit, values, key in rates:
         peak = ranges[key].value
         if not found.smooth and not found.stated:
-            held.append(_by_rows(found, word, order, unit, np.abs(values), REST * peak, most))
+            limit, drawn = REST * peak, np.abs(values)
+            held.append(_by_rows(found, opening.rate, word, order, unit, drawn, limit, most))
             continue
         place = int(np.argmax(np.abs(values)))
         limit = REST * peak + recovered.deviation((0.0, duration)[place], order)
@@ -299,6 +299,7 @@ def _most(
 
 def _by_rows(
     found: TrussProfile,
+    start_rate: float,
     word: str,
     order: int,
     unit: str,
@@ -306,13 +307,18 @@ def _by_rows(
     limit: float,
     most: tuple[Most, ...],
 ) -> Criterion:
-    """Rest at the worse end (2,) by the rows: the curve between them alone breaks nothing."""
+    """Rest at the worse end (2,) by the rows: the curve between them alone breaks nothing.
+
+    At the start the speed counts by what it differs from the stated rate [rad/s].
+    """
     time, angle, wrong = exact_rows(found)
     rates = [
-        end_rate(time, angle, wrong, order, most),
+        end_rate(time, angle - start_rate * (time - time[0]), wrong, order, most),
         end_rate(time[::-1], angle[::-1], wrong[::-1], order, most),
     ]
     beyond = [max(abs(rate.value) - rate.wrong, 0.0) for rate in rates]
+    if start_rate and order > 1:
+        beyond[0] = 0.0
     place = int(np.argmax(beyond if max(beyond) > limit else drawn))
     name = f"{word} at the {('start', 'end')[place]}"
     return at_rest(name, unit, float(drawn[place]), rates[place], limit)
@@ -442,9 +448,10 @@ def _size(study: TrussStudy, table: Sequence[TableRow], ranges: Mapping[str, Pea
     """What the profile comes to in the first objective of the study, for its verdict."""
     first = study.objectives[0]
     row = next(row for row in table if row.key == first)
-    (_, own), (law, other), *_ = row.values.items()
+    (_, own), *others = row.values.items()
     bound = f" +- {100 * ranges[first].bound:.2g} %" if first in ranges else ""
-    return f"{row.title} {number(own, 4)} {row.unit}{bound}, {_against(own, other, law)}"
+    beside = [_against(own, other, law) for law, other in others[:1]]
+    return ", ".join([f"{row.title} {number(own, 4)} {row.unit}{bound}", *beside])
 
 
 def _series(

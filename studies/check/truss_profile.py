@@ -18,7 +18,7 @@ from studies.check.own_rows import stated_law
 from studies.check.reading.profile import SAME, MeasuredProfile
 from studies.check.reading.table import refuse
 from studies.check.smoothing.noise import NoiseEstimate, steepest_slopes
-from studies.check.smoothing.recovery import Recovered, recover
+from studies.check.smoothing.recovery import SLOW, Recovered, recover
 from studies.truss.config import DEPLOYED
 
 BEYOND = 0.05  # of the rope's travel: lengths further outside are another rope's, or another unit's
@@ -127,7 +127,10 @@ def recover_truss(measured: MeasuredProfile, truss: TrussParameters) -> TrussPro
     _check_range(measured, angle)
     law = stated_law(measured)
     if law is not None:
-        exact = Recovered(law, NoiseEstimate(0.0, 0.0, False), (2, 2), None)
+        speed = np.abs(law.motion(measured.time - measured.time[0]).speed)
+        # where it is not under way the checks of its ends say what it lacks of rest
+        start = 0 if speed[0] > SLOW * speed.max() else 2
+        exact = Recovered(law, NoiseEstimate(0.0, 0.0, False), (start, 2), None)
         return TrussProfile(measured, angle, scale, source, exact, stated=True)
     return TrussProfile(
         measured,

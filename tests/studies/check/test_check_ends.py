@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import comb
 
-from models.laws import JerkLimited
+from models.laws import JerkLimited, Step5, UnderWay
 from models.truss import TrussParameters
 from studies.check.ends import Most, at_rest, end_rate
 from studies.check.reading.profile import read_profile
@@ -158,3 +158,38 @@ def test_rest_that_only_the_curve_has_fails_by_the_rows() -> None:
     criterion = at_rest(NAME, "rad/s^2", 0.0, rate, 1e-8)
     assert not criterion.passed
     assert "though the curve is drawn at rest" in criterion.sentence
+
+
+@pytest.mark.parametrize(("rates", "noise"), [(False, 0.0), (True, 0.0), (False, 1e-5)])
+def test_a_profile_that_is_under_way_is_held_against_the_rate_of_its_start(
+    rates: bool, noise: float, tmp_path: Path
+) -> None:
+    degrees, path = 2.0, tmp_path / "a.csv"
+    start = TRUSS.stowed_angle + np.radians(degrees) * 4.0 / 3
+    law = UnderWay(Step5(T, start, DEPLOYED), np.radians(degrees), 4.0)
+    motion = law.motion(np.linspace(0.0, T, 401))
+    angle = motion.angle + noise * np.random.default_rng(59).standard_normal(401)
+    columns = {"time [s]": motion.time, "angle [rad]": angle}
+    if rates:
+        columns |= {
+            "angular_speed [rad/s]": motion.speed,
+            "angular_acceleration [rad/s^2]": motion.acceleration,
+        }
+    rows = np.column_stack([*columns.values()])
+    np.savetxt(path, rows, "%.12g", ",", header=",".join(columns), comments="")
+
+    def told(rate: float) -> Result:
+        study = TrussStudy(
+            minimise="peak-acceleration",
+            duration=T,
+            start_rate_deg_per_s=rate,
+            caps=Caps(jerk=1.0),
+        )
+        return check_truss(read_profile(path), study, optimum=False)
+
+    assert told(degrees).passed
+    # at rest or slower the same rows fail, and nothing else of them does
+    for rate in (0.0, 0.9 * degrees):
+        failed = [one.name for one in told(rate).checks if not one.passed]
+        assert "speed at the start" in failed
+        assert set(failed) <= {"speed at the start", NAME}
