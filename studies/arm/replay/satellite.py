@@ -90,11 +90,8 @@ def lock_on(stage: Stage, joints: Sequence[Joint], run: Simulation) -> Engagemen
 
     Angles and misses are those of the joints, against the satellite.
     """
-    chain, state, H = (
-        stage.chain(run.chain.elements, locked=True),
-        run.final,
-        stage.satellite_inertia,
-    )
+    chain = stage.chain(run.chain.elements, locked=True)
+    state, H = run.final, stage.satellite_inertia
     end, targets = float(run.times[-1]), {k: stage.end[k] for k in stage.moving}
     if H is None:
         return engage(chain, joints, state, stage.moving, time=end, targets=targets)

@@ -50,12 +50,8 @@ class Spread:
 
 # stiffness turns the fast mode's phase much: many copies, along the diagonal
 _STIFFNESSES = (0.902, 0.941, 0.981, 1.019, 1.059, 1.098)
-_OFF_NOMINAL = (
-    -0.098,
-    -0.045,
-    0.045,
-    0.098,
-)  # stiff with a light tip, or soft with a heavy one: the frequency is off most
+# stiff with a light tip, or soft with a heavy one: the frequency is off most
+_OFF_NOMINAL = (-0.098, -0.045, 0.045, 0.098)
 
 SPREADS: dict[Drive, Spread] = {
     "torque": Spread(
