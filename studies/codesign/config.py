@@ -10,6 +10,7 @@ from typing import Any
 from models.truss import TrussParameters
 from studies.common.configuration import (
     Flag,
+    as_stated,
     check,
     choices,
     from_mapping,
@@ -161,9 +162,4 @@ def study_from(raw: Mapping[str, Any]) -> CodesignStudy:
 
 def as_dictionary(study: CodesignStudy) -> dict[str, Any]:
     """The nested dictionary from which `study_from` makes the same study again."""
-    design = dataclasses.asdict(study.design)
-    stated = {name: value for name, value in design.items() if value is not None}
-    return {
-        **truss_dictionary(study.deployment),
-        "design": {**stated, "free": list(study.design.free)},
-    }
+    return {**truss_dictionary(study.deployment), "design": as_stated(study.design)}

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from studies.common.configuration import (
+    as_stated,
     boolean,
     check,
     check_keys,
@@ -167,11 +168,6 @@ def study_from(raw: Mapping[str, Any]) -> ParetoStudy:
 
 def as_dictionary(study: ParetoStudy) -> dict[str, Any]:
     """The nested dictionary from which `study_from` makes the same study again."""
-    stated = {
-        name: list(value) if isinstance(value, tuple) else value
-        for name, value in dataclasses.asdict(study.pareto).items()
-        if value is not None
-    }
     own = truss_config.as_dictionary(study.truss)
     truss = {name: value for name, value in own.items() if name != "minimise"}
-    return {**truss, "pareto": stated}
+    return {**truss, "pareto": as_stated(study.pareto)}

@@ -243,7 +243,5 @@ def study_from(raw: Mapping[str, Any]) -> RobustTrussStudy:
 
 def as_dictionary(study: RobustTrussStudy) -> dict[str, Any]:
     """The nested dictionary from which `study_from` makes the same study again."""
-    return {
-        **truss_dictionary(study.deployment),
-        "robust": dataclasses.asdict(study.uncertainty),
-    }
+    own = dataclasses.asdict(study.uncertainty)
+    return {**truss_dictionary(study.deployment), "robust": own}
