@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import dataclasses
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any
 
 from models.truss import TrussParameters
 from ocp import Solution
@@ -220,35 +222,21 @@ def _stated_series(before: Deployment) -> dict[str, Series]:
 
 def _design_rows(made: Codesign) -> list[TableRow]:
     """The free parameters and the requirements, of both designs."""
-    before = made.study.deployment.truss
+    both = {"optimal": made.truss, STATED: made.study.deployment.truss}
+
+    def row(key: str, title: str, unit: str, number: Callable[[TrussParameters], Any]) -> TableRow:
+        values = {name: float(number(truss)) for name, truss in both.items()}
+        return TableRow(key, title, unit, values)
+
     rows = [
-        TableRow(
-            name,
-            name.replace("_", " "),
-            UNITS[name],
-            {
-                "optimal": float(getattr(made.truss, name)),
-                STATED: float(getattr(before, name)),
-            },
-        )
+        row(name, name.replace("_", " "), UNITS[name], attrgetter(name))
         for name in made.found.design
     ]
-
-    # what the caps imply at rest is no requirement of its own
-    return rows + [
-        TableRow(
-            one.title.replace(" ", "-"),
-            one.title,
-            one.unit,
-            {
-                "optimal": float(one.expression(made.truss)),
-                STATED: float(one.expression(before)),
-            },
-            cap=one.limit,
-        )
-        for one in made.held
-        if not one.at_rest
-    ]
+    for one in made.held:
+        if not one.at_rest:  # what the caps imply at rest is no requirement of its own
+            held = row(one.title.replace(" ", "-"), one.title, one.unit, one.expression)
+            rows.append(dataclasses.replace(held, cap=one.limit))
+    return rows
 
 
 def _requirement_checks(made: Codesign) -> list[Criterion]:

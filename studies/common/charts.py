@@ -92,9 +92,9 @@ def labelled(title: str, unit: str) -> str:
     return f"{title} [{written_unit(unit)}]" if unit not in ("", "1") else title
 
 
-def written_unit(unit: str) -> str:
-    """A unit with its squares and cubes as such."""
-    return unit.replace("^2", "²").replace("^3", "³")
+def written_unit(text: str) -> str:
+    """A unit, or a label with one, whose squares and cubes are raised, as in rad/s²."""
+    return text.replace("^2", "²").replace("^3", "³")
 
 
 def value_range(values: Sequence[float]) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 
 from ocp.nlp.interrupts import noted_interrupts
+from studies.common.charts import written_unit
 
 if TYPE_CHECKING:
     from studies.common.console import Console
@@ -71,8 +72,8 @@ def save(
 
 def label_axes(panel: Axes, x: str, y: str, fit: bool = True) -> None:
     """Name the axes of a panel and give it the look of all others; `fit` leaves no room aside."""
-    panel.set_xlabel(typeset(x))
-    panel.set_ylabel(typeset(y))
+    panel.set_xlabel(written_unit(x))
+    panel.set_ylabel(written_unit(y))
     panel.grid(color="0.9", lw=0.6)
     panel.set_axisbelow(True)
     if fit:
@@ -81,11 +82,6 @@ def label_axes(panel: Axes, x: str, y: str, fit: bool = True) -> None:
         panel.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4), useMathText=True)
     for side in ("top", "right"):
         panel.spines[side].set_visible(False)
-
-
-def typeset(label: str) -> str:
-    """A label whose units have raised exponents, as in rad/s²."""
-    return label.replace("^2", "²").replace("^3", "³")
 
 
 def logarithmic_below(panel: Axes) -> None:

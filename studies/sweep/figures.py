@@ -14,7 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ocp.arrays import Array
-from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below, typeset
+from studies.common.charts import written_unit
+from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below
 from studies.common.result import Result
 
 PANELS = 3  # quantities in a figure, where no more are asked for
@@ -48,7 +49,7 @@ class Parameter:
     @property
     def label(self) -> str:
         """Of its axis."""
-        return typeset(f"{self.name} [{self.unit}]") if self.unit else self.name
+        return written_unit(f"{self.name} [{self.unit}]") if self.unit else self.name
 
     def of(self, value: float) -> str:
         """One of its values, for a legend."""
@@ -162,7 +163,7 @@ def _head(figure: Figure, result: Result) -> None:
 
 def _label(result: Result, name: str) -> str:
     title, unit = result.details["titles"][name]
-    return textwrap.fill(typeset(f"{title} [{unit}]"), WRAPPED)
+    return textwrap.fill(written_unit(f"{title} [{unit}]"), WRAPPED)
 
 
 def _mark_lacking(panel: Axes, places: Array) -> None:

@@ -45,13 +45,8 @@ class ChainShapes:
         """
         start, links = self.nodes[0][:, 0], []
         for nodes, heading in zip(self.nodes, self.headings, strict=True):
-            along = np.concatenate(
-                [
-                    np.zeros((len(nodes), 1)),
-                    np.cumsum(np.linalg.norm(np.diff(nodes, axis=1), axis=2), axis=1),
-                ],
-                axis=1,
-            )
+            steps = np.linalg.norm(np.diff(nodes, axis=1), axis=2)
+            along = np.insert(np.cumsum(steps, axis=1), 0, 0.0, axis=1)
             axis = np.stack([np.cos(heading), np.sin(heading)], axis=1)
             links.append(start[:, None] + along[:, :, None] * axis[:, None])
             start = links[-1][:, -1]
@@ -96,14 +91,8 @@ def read_shapes(result: Result) -> ChainShapes | None:
     """The shapes that a result holds; None if it holds none."""
     if TIME not in result.arrays:
         return None
-    links = sorted(
-        {
-            name.split("/")[1]
-            for name in result.arrays
-            if name.count("/") == 2 and name.startswith(HEAD)
-        },
-        key=int,
-    )
+    places = (name.split("/") for name in result.arrays if name.startswith(HEAD))
+    links = sorted({place[1] for place in places if len(place) == 3}, key=int)
     nodes = tuple(_nodes_of(result, link) for link in links)
     headings = tuple(result.arrays[f"{HEAD}{link}/heading"].values for link in links)
     return ChainShapes(result.arrays[TIME].values, nodes, headings)
