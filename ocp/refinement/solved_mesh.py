@@ -47,7 +47,8 @@ class MeshIteration:
     gain : float
         What finer controls could gain, relative to the objective, to first order.
     status : str
-        The solver's own word for how it ended.
+        The solver's own word for how it ended; Worse_Optimum where it ended far above the
+        objective of an earlier motion that holds.
     solver : str
         The name of the one that ran.
     attempts : int
