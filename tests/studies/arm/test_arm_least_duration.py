@@ -17,7 +17,6 @@ from studies.arm.replay.reduced_model import reduced_residual
 from studies.arm.stage import big_arm, small_arm
 
 
-@pytest.mark.slow
 def left_alone(stage, law, **how):
     """E_res [J] of one law under torque, by another integrator."""
     motion = simulate_reduced(
