@@ -5,6 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 STUDY_FLAGS ?=
+TEST_FLAGS ?=
 WORKERS ?= auto
 REGRESSION_FLAGS ?=
 RACE_FLAGS ?= --peers --only race
@@ -58,7 +59,7 @@ docs: $(READY)
 	@echo "open docs/build/html/index.html"
 
 test: $(READY)
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) $(TEST_FLAGS)
 
 test-slow: $(READY)
 	$(BIN)/python -m pytest -n $(WORKERS) -m slow
