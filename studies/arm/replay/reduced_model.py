@@ -142,8 +142,8 @@ def paths(motion: Motion, points: Sequence[Factors], samples: int, steps: int = 
     are as for `residuals`; `steps` is the least number of steps.
     """
     stage, factors = motion.stage, np.array(points).T
-    step = min(_stable_step(motion, points), stage.duration / steps)
-    each = int(np.ceil(stage.duration / step / (samples - 1)))  # steps from sample to sample
+    least = max(steps, stage.duration / _stable_step(motion, points))
+    each = int(np.ceil(least / (samples - 1)))  # steps from sample to sample
     steps, arms = each * (samples - 1), len(points)
     inputs = _inputs(motion, steps)
     equations = arm_equations(stage, motion.drive, compiled=steps * arms > _MANY)
