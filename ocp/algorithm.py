@@ -324,9 +324,9 @@ def _checked(
         replay = ReplayedAnswer.of(form, iterate, meshes.evaluator, allowed, most)
     verification = verify(iterate, replay, meshes.settings.accuracy, best.errors.of_motion)
     # of first order, which may be too little by half: it counts twice, up to what was asked for
-    promised = refinement.objective_error
-    promised = max(promised, min(2.0 * promised, meshes.settings.accuracy.objective))
-    worst = max(verification.accuracy, promised)
+    error = refinement.objective_error
+    error = max(error, min(2.0 * error, meshes.settings.accuracy.objective))
+    worst = max(verification.accuracy, error)
     seconds = spent + clock.perf_counter() - begin
     verification = replace(verification, seconds=seconds, accuracy=worst, one_run=one_run.miss)
     return _Checked(replay.simulated, replay.motion, verification)

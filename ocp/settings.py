@@ -50,8 +50,7 @@ class Settings:
     Parameters
     ----------
     scheme : Scheme
-        Collocation scheme and degree of the first mesh. The degree is raised where a higher one
-        integrates the dynamics exactly.
+        Collocation scheme and degree of the first mesh. Refinement may raise the degree.
     intervals : int or mapping of phase name to int
         Of the uniform first mesh, in each phase, or by phase; 20 in a phase that is not named.
     controls : str

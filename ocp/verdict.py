@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ocp.arrays import TINY
-from ocp.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.estimates.estimated_gain import CERTIFIED_GAIN
 from ocp.mesh.algebraic_equations import taken_algebraics
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.refine import Refinement
@@ -111,10 +111,10 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
         )
         if value > allowed
     ]
-    # refuted by a finer mesh or not, what is promised is said
+    # refuted by a finer mesh or not, the estimated gain is stated
     if best.errors.gain > accuracy.objective:
         open_tolerances.append(f"finer controls may improve it by {best.errors.gain:.0e}")
-    # without such a promise a standstill says nothing of a finer mesh
+    # without such an estimate a standstill says nothing of a finer mesh
     if ending and not meshes.settings.scheme.informative_multipliers:
         open_tolerances.append("this scheme gives no estimate of a finer one")
     return ": ".join(part for part in (ending, "; ".join(open_tolerances)) if part)

@@ -272,7 +272,7 @@ def read_output(text: str) -> dict[str, Any]:
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
-    """Return each study in a row, and what is promised of all, with how long they took."""
+    """Return each study in a row, and what holds for all, with how long they took."""
     columns: Columns = {
         "case": "index",
         "objective": "objective",
@@ -293,7 +293,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
     }
     note = "value: of the objective, SI units; what each command printed is in its case's folder."
     studies = listed("Random studies of the truss", rows, columns, (note,))
-    return [studies, _promises(rows)]
+    return [studies, _held_by(rows)]
 
 
 def _reason(row: Row) -> str:
@@ -301,8 +301,8 @@ def _reason(row: Row) -> str:
     return str(words[:60])
 
 
-def _promises(rows: Sequence[Row]) -> Table:
-    """What is promised of all studies, and how many keep it."""
+def _held_by(rows: Sequence[Row]) -> Table:
+    """What must hold for all studies, and for how many it does."""
     done = [row for row in rows if not row["failure"]]
     solved = [row for row in done if row["code"] == ExitCode.OK]
     refused = [row for row in done if row["code"] == ExitCode.INFEASIBLE]
@@ -327,4 +327,4 @@ def _promises(rows: Sequence[Row]) -> Table:
         ("CPU seconds: 95 %", f"{most:.3g}"),
         ("CPU seconds: worst", f"{worst:.3g}"),
     ]
-    return Table("What is promised", ("", "found"), cells)
+    return Table("Must hold", ("", "found"), cells)

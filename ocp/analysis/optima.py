@@ -126,7 +126,7 @@ def _same_optimum(one: Trial, other: Trial, settings: Settings, same: float | No
 
 
 def same_value(one: Trial, other: Trial, settings: Settings, same: float | None) -> bool:
-    """Whether two values are the same, to what the settings promise or to what is asked for."""
+    """Whether two values are the same, to the accuracy of the settings or to what is asked for."""
     least = LEAST_OF_A_SCALE * one.solved.kept_iterate.scales.objective
     size = max(abs(one.value), abs(other.value), least)
     allowed = _SAME_VALUE * settings.accuracy.objective if same is None else same

@@ -11,7 +11,7 @@ import casadi as ca
 from ocp.accuracy import SLACK, Accuracy
 from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.estimates.estimated_gain import CERTIFIED_GAIN
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
@@ -70,7 +70,7 @@ class Tolerances:
     ----------
     replay : float
         Missed end state of the replay, and what the dynamics are off by between the points: what a
-        solve promises by default.
+        solve asks for by default.
     excess : float
         Excess of a path constraint or peak of the replay: ten times the default of a solve, because
         the replayed motion is off by a little, too.
@@ -97,9 +97,9 @@ class Tolerances:
     slope : float
         Interval means of dH/du, averaged over time, changes included.
     gain : float
-        What a better motion promises to gain, relative to the objective: by finer or other
+        What a better motion may gain, relative to the objective: by finer or other
         controls, or by other breakpoints where a path constraint acts. It is ten times the default
-        of a solve, because such a promise is of first order, and often ten times what is gained.
+        of a solve, because such an estimate is of first order, and often ten times what is gained.
         The same for what a second solve reaches.
     steps : float
         Jump of a rate, integrand or constraint whose time depends on the motion, relative to its

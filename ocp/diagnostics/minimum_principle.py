@@ -12,7 +12,7 @@ bend inside an interval. Polynomials follow that to first order only, so that th
 judged strictly in all other intervals.
 
 Where a path constraint, a peak or a state's bound acts, multipliers are masses at points, and
-costates jump there, too. The principle is judged there by what moving breakpoints promises
+costates jump there, too. The principle is judged there by what moving breakpoints may gain
 (`ocp.estimates.constrained_arcs`).
 """
 
@@ -130,7 +130,7 @@ class MinimumPrinciple:
 
     @property
     def gain_on_arcs(self) -> float:
-        """What moving breakpoints promises where a path acts [unit of the objective]."""
+        """Estimated gain by moving breakpoints where a path acts [unit of the objective]."""
         gains = gains_by_means(self.kept, self.steps, self.stretches, self.acting, self.changes)
         return self.size * float(gains.sum())
 

@@ -12,8 +12,8 @@ import casadi as ca
 
 from ocp.diagnostics.diagnostic import Evidence, Finding, Tolerances
 from ocp.diagnostics.minimum_principle import MinimumPrinciple, minimum_principle
-from ocp.diagnostics.other_controls import other_controls, others_remark, promised_by
-from ocp.estimates.promised_gain import promised_gain
+from ocp.diagnostics.other_controls import gain_of, other_controls, others_remark
+from ocp.estimates.estimated_gain import estimated_gain
 from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.multipliers import duration_multiplier
 from ocp.problem.functionals import BoundaryValue, End, PhaseTime
@@ -21,7 +21,7 @@ from ocp.problem.symbols import TIME, Between
 
 
 def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
-    """The minimum principle, phase by phase, and what finer controls promise."""
+    """The minimum principle, phase by phase, and the estimated gain of finer controls."""
     iterate, allowed = answer.iterate, answer.allowed
     informative = iterate.scheme.informative_multipliers
     strongest = strongest_multipliers(iterate)
@@ -45,7 +45,7 @@ def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
     if informative:
         yield Finding(
             "finer controls",
-            promised_gain(iterate, answer.evaluator, strongest),
+            estimated_gain(iterate, answer.evaluator, strongest),
             allowed.gain,
             "the estimated improvement by them, and the cost of limits that were moved inwards to "
             "hold between the points, to first order, relative to the objective",
@@ -53,12 +53,12 @@ def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
 
 
 def other_controls_condition(answer: Evidence) -> Iterator[Finding]:
-    """What controls far from those of the answer promise, each tried over its whole range."""
+    """The estimated gain by controls far from the answer's, each tried over its whole range."""
     iterate, allowed = answer.iterate, answer.allowed
     others = list(other_controls(iterate, answer.evaluator))
     yield Finding(
         "other controls",
-        promised_by(others, iterate),
+        gain_of(others, iterate),
         allowed.gain,
         others_remark(others, iterate)
         or "the estimated improvement by other values of the controls, to first order, relative to "

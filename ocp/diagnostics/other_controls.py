@@ -1,4 +1,4 @@
-"""Controls far from those of a motion that make less of the Hamiltonian, and what they promise.
+"""Controls far from those of a motion that make less of the Hamiltonian, and their estimated gain.
 
 Pontryagin's minimum principle asks for the least value of the Hamiltonian among all controls that
 are allowed, not only among those nearby. A nonlinear program compares neighbours. Where the
@@ -21,7 +21,7 @@ import numpy as np
 
 from ocp.arrays import ROUNDING, Array, Flags, Integers
 from ocp.diagnostics.control_trials import EVALUATIONS, ControlTrials, Dependence, dependence_of
-from ocp.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.estimates.estimated_gain import CERTIFIED_GAIN
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.numerics.polynomial_expressions import curves_upwards, is_linear, is_quadratic
@@ -79,7 +79,7 @@ class OtherControls:
 
     @property
     def gain(self) -> float:
-        """What the best controls promise while the rest stays as it is [unit of the objective]."""
+        """Estimated gain by the best controls, all else as it is [unit of the objective]."""
         return float(self.weights @ self.less)
 
 
@@ -97,18 +97,18 @@ def other_controls(iterate: Iterate, evaluator: Evaluator) -> Iterator[OtherCont
             yield found
 
 
-def promised_by(found: Sequence[OtherControls], iterate: Iterate) -> float:
-    """What other controls promise to gain together, relative to the objective."""
+def gain_of(found: Sequence[OtherControls], iterate: Iterate) -> float:
+    """Estimated gain by all other controls together, relative to the objective."""
     return sum(other.gain for other in found) / iterate.objective_size
 
 
 def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
-    """A sentence on controls that promise more than a certificate lets pass; empty if none do."""
-    gain = promised_by(found, iterate)
+    """A sentence on controls that may gain more than a certificate lets pass; empty if none do."""
+    gain = gain_of(found, iterate)
     if not gain > CERTIFIED_GAIN:
         return ""
 
-    # the controls that differ by more than rounding, where they promise most
+    # the controls that differ by more than rounding, where they gain most
     most = max(found, key=lambda other: other.gain)
     k = int(np.argmax(most.less))
     units = {signal.name: signal.unit for signal in iterate.problem.signals[most.phase]}

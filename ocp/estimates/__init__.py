@@ -1,8 +1,7 @@
 """What is wrong with a solved mesh, and what a better one could gain.
 
 `motion_errors` measures dynamics and limits between the points. `error_estimate` puts that together
-with what is lost. `promised_gain` says what finer controls could bring, and `constrained_arcs` what
-is lost where a path acts.
+with what is lost: `estimated_gain` by finer controls, and `constrained_arcs` where a path acts.
 
 `switch_detection` finds the jumps of controls, and `kink_crossings` where the motion crosses kinks.
 """

@@ -23,9 +23,9 @@ import numpy as np
 from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags
 from ocp.estimates.constrained_arcs import arc_gains
+from ocp.estimates.estimated_gain import PhaseGains, weighted_by_effect, without_small_costs
 from ocp.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.estimates.motion_errors import MotionErrors
-from ocp.estimates.promised_gain import PhaseGains, weighted_by_effect, without_small_costs
 from ocp.estimates.switch_detection import Jump, control_jumps, switches_at_breakpoints
 from ocp.mesh.mesh import SAME_POINT, ExtraPoints
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
@@ -34,8 +34,8 @@ from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.hamiltonian import relative_jumps, shifts
 from ocp.optimality.iterate import Iterate
 
-# Of the objective: what a shift by the shorter interval beside it has to promise. At the optima of
-# the benchmarks the costates' errors promise up to 3e-5, and a switch that was missed 1.
+# Of the objective: what a shift by the shorter interval beside it has to gain. At the optima of
+# the benchmarks the costates' errors look like gains of up to 3e-5, and a switch that was missed 1.
 _MISSED = 1e-3
 
 # Of the Hamiltonian's terms: by what it may differ on both sides of a switch. At the optima of the
@@ -54,7 +54,7 @@ def held_switches(iterate: Iterate, index: int, jumps: Sequence[Jump]) -> Flags:
 def missed_switches(
     iterate: Iterate, evaluator: Evaluator, index: int, jumps: Sequence[Jump]
 ) -> Array:
-    """Gain that other times of held switches promise, by jumps of the Hamiltonian, (N - 1,).
+    """Estimated gain by other times of held switches, by jumps of the Hamiltonian, (N - 1,).
 
     For each inner breakpoint, relative to the objective. It is 0 where no switch is held, and for
     schemes whose multipliers do not tell.
@@ -71,7 +71,7 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     """Whether a held switch is displaced, by a jump of the Hamiltonian there, (N - 1,).
 
     At the right time of a switch the Hamiltonian is the same on both sides. Beside a narrow
-    interval its jump promises little, however far off the switch is. None where expressions of
+    interval its jump shows little, however far off the switch is. None where expressions of
     the statement jump: the Hamiltonian may jump there by itself. None in a phase that takes no
     time: its controls matter for nothing, and neither do their switches.
     """
@@ -89,7 +89,7 @@ def beside(breakpoints: Flags) -> Flags:
 
 
 def shared(missed: Array) -> Array:
-    """What inner breakpoints promise (N - 1,), half of it for each side, (N,)."""
+    """Estimated gain by moving inner breakpoints (N - 1,), half of it for each side, (N,)."""
     halves = np.concatenate([[0.0], 0.5 * missed, [0.0]])
     return np.asarray(halves[:-1] + halves[1:])
 

@@ -14,7 +14,7 @@ from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.planning import History, NextStep
 from ocp.refinement.runaway import check_growth
 from ocp.refinement.solved_mesh import (
-    OVERPROMISE,
+    OVERESTIMATE,
     Ending,
     SolvedMesh,
     best_of,
@@ -26,7 +26,7 @@ from ocp.refinement.solved_mesh import (
 # after which a motion that has shrunk to next to no time will not grow.
 _TURNING = 3
 
-# Error of the dynamics, or promised gain, that such an angle leaves at least
+# Error of the dynamics, or estimated gain, that such an angle leaves at least
 _FAR = 1e-3
 
 # Part of the objective that is as good as all of it, and of the typical time that is next to none.
@@ -38,7 +38,7 @@ _NEXT_TO_NO_TIME = 1e-2
 MUCH, _FINE = 3e7, 1e-4
 
 # Mesh iterations in a row over which the objective stands still where nothing more is to be gained.
-# It takes one more where only a promised gain is open or much is promised, as a mesh may have been
+# It takes one more where only an estimated gain is open, or a large one, as a mesh may have been
 # finer at the wrong place, and where the next mesh only removes violations between the points,
 # which costs little.
 _STILL = 2
@@ -51,7 +51,7 @@ _FALLING = 0.5
 def _check_angles(solved: Sequence[SolvedMesh]) -> None:
     """NumericalTrouble where an angle without bounds is one that no finer mesh makes smooth."""
     last = solved[-1]
-    # dynamics may hold while neighbouring intervals are whole turns apart, and much is promised
+    # dynamics may hold while neighbouring intervals are whole turns apart, with a large gain
     if len(solved) < _TURNING or max(last.errors.dynamics, last.errors.gain) < _FAR:
         return
     if lost := lost_angle(last.iterate):
@@ -66,7 +66,7 @@ def _check_angles(solved: Sequence[SolvedMesh]) -> None:
 
 
 def _check_duration(solved: Sequence[SolvedMesh]) -> None:
-    """Collapsed where next to no time is left, and meshes in a row promise the whole objective.
+    """Collapsed if next to no time is left, and several meshes could gain the whole objective.
 
     Where the optimum is at infinite controls, as a least time without a limit of the force, the
     solver stops somewhere on the way, and finer meshes lead nowhere.
@@ -170,16 +170,16 @@ def stands_still(
     """Whether further meshes would change nothing but last digits of the constraints' tolerance.
 
     The objective has stayed within its tolerance for several meshes, and one of them is good enough
-    to be verified. What the last of them promises to gain is below the tolerance, too, or refuted:
-    a finer mesh has gained nothing, and the promise is about what it was.
+    to be verified. The estimated gain of the last of them is below the tolerance, too, or refuted:
+    a finer mesh has gained nothing, and the estimate is about what it was.
 
     Parameters
     ----------
     removes_violations : bool
         Whether the next mesh would only impose limits at more points: then one more is waited for.
     """
-    last, promised = solved[-1], solved[-1].errors.gain
-    violated, much = last.excess > accuracy.path, promised > OVERPROMISE * accuracy.objective
+    last, gain = solved[-1], solved[-1].errors.gain
+    violated, much = last.excess > accuracy.path, gain > OVERESTIMATE * accuracy.objective
     count = _STILL if violated and not (much or removes_violations) else _STILL_IN_DOUBT
     latest = solved[-count:]
     # a loose solve that is made again to the tolerance asked for is no second mesh
@@ -194,7 +194,7 @@ def stands_still(
         return False
     finer = any(s.finer for s in latest[1:])
     refuted = finer and is_refuted(latest, len(latest) - 1, accuracy)
-    if promised > accuracy.objective and not refuted:
+    if gain > accuracy.objective and not refuted:
         return False
     if (violated and _violations_fall(latest)) or _crossings_settle(latest):
         return False

@@ -24,7 +24,7 @@ from ocp.refinement.policies.policy import MeshPolicy
 from ocp.refinement.search import MeshAnswer
 from ocp.refinement.solved_mesh import (
     CUT_SHORT,
-    OVERPROMISE,
+    OVERESTIMATE,
     Ending,
     MeshIteration,
     SolvedMesh,
@@ -41,9 +41,9 @@ _FAR = 1e-3
 # Times that a mesh without errors is solved again because its objective was far from its size.
 _SIZINGS = 4
 
-# A mesh iteration may end above the least objective of its mesh by this part of what finer controls
-# promise, or of the tolerance on the objective. A motion further from it is not the one to be
-# refined.
+# A mesh iteration may end above the least objective of its mesh by this part of the estimated gain
+# of finer controls, or of the tolerance on the objective. A motion further from it is not the one
+# to be refined.
 _NEAR = 0.1
 
 # Nor may one that is not replaced end further above it than by this part of the objective: controls
@@ -318,7 +318,7 @@ def _once_more(
 
 def _leaves_more_open(last: SolvedMesh, accuracy: Accuracy) -> bool:
     """Whether what a mesh leaves open is far more than the digits of a loose solve."""
-    much = last.errors.gain > OVERPROMISE * accuracy.objective
+    much = last.errors.gain > OVERESTIMATE * accuracy.objective
     return much and not last.is_verifiable(accuracy)
 
 
@@ -330,10 +330,10 @@ def _is_far(last: SolvedMesh, accuracy: Accuracy) -> bool:
     and controls that are a little off exceed limits at other places.
     """
     errors, excess = last.errors, last.errors.excess
-    if errors.gain <= OVERPROMISE * accuracy.objective:
+    if errors.gain <= OVERESTIMATE * accuracy.objective:
         phases = zip(last.iterate.trajectory.phases, errors.phases, strict=True)
         excess = max(mean_excess(motion.fractions, of_phase.excess) for motion, of_phase in phases)
-    return max(errors.gain / OVERPROMISE, errors.dynamics, excess) >= _FAR
+    return max(errors.gain / OVERESTIMATE, errors.dynamics, excess) >= _FAR
 
 
 def mean_excess(fractions: Array, excess: Sequence[Extremes]) -> float:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from ocp.accuracy import Accuracy
 from ocp.estimates.error_estimate import estimate_errors
-from ocp.estimates.promised_gain import is_affordable
+from ocp.estimates.estimated_gain import is_affordable
 from ocp.problem.functionals import Peak
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh
@@ -28,7 +28,7 @@ def with_raised_peaks(
 ) -> SolvedMesh | None:
     """A solved mesh with its peaks raised; None where none is exceeded or that costs too much.
 
-    The cost counts as a gain that a finer mesh promises.
+    The cost counts as an estimated gain of a finer mesh.
     """
     iterate = solved.iterate
     excess = _excess_of_peaks(solved)

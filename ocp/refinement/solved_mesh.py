@@ -11,8 +11,8 @@ from typing import Literal
 
 from ocp.accuracy import SLACK, Accuracy
 from ocp.estimates.error_estimate import MeshErrors
+from ocp.estimates.estimated_gain import CERTIFIED_GAIN, effect_of_excess
 from ocp.estimates.kink_crossings import NEAR
-from ocp.estimates.promised_gain import CERTIFIED_GAIN, effect_of_excess
 from ocp.later import lazy_fields, read_later
 from ocp.mesh.mesh import Mesh
 from ocp.nlp.solver import NlpResult
@@ -118,12 +118,12 @@ def iterations_of(mesh_iterations: Sequence[MeshIteration]) -> int:
     return sum(entry.iterations for entry in mesh_iterations)
 
 
-# Factor by which a promised gain, which is of first order, is often more than what is gained. Up to
-# so many times the tolerance it is little.
-OVERPROMISE = 10.0
+# Factor by which an estimated gain, which is of first order, is often more than what is gained. Up
+# to so many times the tolerance it is little.
+OVERESTIMATE = 10.0
 
-# Part of the tolerance on the objective that may be real of such a promise by what its fall gained,
-# over so many meshes at least: one may have been finer at the wrong place.
+# Part of the tolerance on the objective that may be real of such an estimate by what its fall
+# gained, over so many meshes at least: one may have been finer at the wrong place.
 _LITTLE = 0.25
 _TWICE = 2
 
@@ -201,11 +201,11 @@ class SolvedMesh:
         return self.holds(accuracy, SLACK)
 
     def meets(self, accuracy: Accuracy) -> bool:
-        """Whether the motion holds, and finer controls promise no more than the tolerance."""
+        """Whether the motion holds, and finer controls may gain no more than the tolerance."""
         return self.holds(accuracy) and self.errors.gain <= accuracy.objective
 
     def worst_in_tolerances(self, accuracy: Accuracy) -> float:
-        """The worst of dynamics, constraints and promised gain, each over its tolerance."""
+        """The worst of dynamics, constraints and estimated gain, each over its tolerance."""
         return max(
             self.errors.dynamics / accuracy.dynamics,
             self.excess / accuracy.path,
@@ -218,7 +218,7 @@ class SolvedMesh:
         return max(self.errors.dynamics, self.excess) >= _LEAPS
 
     @property
-    def promised_change(self) -> float:
+    def estimated_change(self) -> float:
         """By how much of the objective better meshes may change it, as far as this one tells."""
         # of first order, which may be too little by half
         of_excess = effect_of_excess(self.iterate, [p.excess for p in self.errors.phases])
@@ -234,7 +234,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     """The best mesh iteration that holds between the points, if need be to a looser tolerance.
 
     That is the slack of a verification. Of mesh iterations whose objectives are as good, those come
-    first whose controls promise no more than a certificate allows, then those that meet their
+    first whose estimated gain is no more than a certificate allows, then those that meet their
     tolerances. One with less excess is no answer if it lies on a mesh that was too coarse. Without
     any that holds it is the last one, which the only one is. Errors that are small next to sizes
     which the last mesh has shown to be far too large say nothing.
@@ -258,7 +258,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
         as_good += [s for s in good if s.meets(accuracy) and behind(s) <= CERTIFIED_GAIN]
     as_good = [s for s in as_good if s.errors.gain <= CERTIFIED_GAIN] or as_good
     strict = [s for s in as_good if s.holds(accuracy)]
-    # of answers that are as good, one whose controls promise nothing more is proven better
+    # of answers that are as good, one whose estimated gain is nothing is proven better
     strict = [s for s in strict if s.errors.gain <= accuracy.objective] or strict
     # inside an interval a kink spoils the costates
     strict = [s for s in strict if s.errors.farthest_crossing <= NEAR] or strict
@@ -290,8 +290,8 @@ def worst_objective(solved: Sequence[SolvedMesh], sizes: Scales, accuracy: Accur
     """From where on a further mesh has ended in another, worse optimum; times the sense.
 
     A finer mesh can follow a motion that holds. Where it ends above that one by more than this one
-    promises to change, and by more than errors of verified motions explain, the solver has strayed.
-    Infinite where no motion holds.
+    is estimated to change, and by more than errors of verified motions explain, the solver has
+    strayed. Infinite where no motion holds.
 
     Parameters
     ----------
@@ -304,7 +304,7 @@ def worst_objective(solved: Sequence[SolvedMesh], sizes: Scales, accuracy: Accur
     best = min(held, key=lambda s: sense * s.iterate.objective, default=None)
     if best is None:
         return math.inf
-    allowed = max(best.promised_change, _ANOTHER)
+    allowed = max(best.estimated_change, _ANOTHER)
     return sense * best.iterate.objective + allowed * best.iterate.objective_size
 
 
@@ -318,12 +318,12 @@ def best_start(solved: Sequence[SolvedMesh]) -> SolvedMesh:
 
 
 def is_refuted(solved: Sequence[SolvedMesh], back: int, accuracy: Accuracy) -> bool:
-    """Whether what is promised is no gain, after finer meshes that hardly gained anything.
+    """Whether an estimated gain is none, after finer meshes that hardly gained anything.
 
     Either it is about what it was some meshes ago, as noise is. Or it is little, and its fall tells
-    how much of it is real: where the objective gained far less than the promise fell by, so it will
-    for the rest. Along singular arcs it falls like the intervals themselves, and what is lost like
-    their square.
+    how much of it is real: where the objective gained far less than the estimate fell by, so it
+    will for the rest. Along singular arcs it falls like the intervals themselves, and what is lost
+    like their square.
 
     Parameters
     ----------
@@ -336,7 +336,7 @@ def is_refuted(solved: Sequence[SolvedMesh], back: int, accuracy: Accuracy) -> b
     left, fallen = last.errors.gain, before.errors.gain - last.errors.gain
     if left > 0.5 * before.errors.gain:
         return True
-    if back < _TWICE or left > OVERPROMISE * accuracy.objective:
+    if back < _TWICE or left > OVERESTIMATE * accuracy.objective:
         return False
     gained = abs(before.iterate.objective - last.iterate.objective) / last.iterate.objective_size
     return left * gained <= _LITTLE * accuracy.objective * fallen
@@ -345,12 +345,12 @@ def is_refuted(solved: Sequence[SolvedMesh], back: int, accuracy: Accuracy) -> b
 def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:
     """What the objective of a mesh may be off by, relative, as far as the meshes tell.
 
-    It is what finer controls promise, or the change from the mesh before if that is more. A promise
-    that finer meshes have refuted is no more than noise: there it is three times the changes over
-    these meshes. Nor is it less than the changes that nothing promised. Where multipliers promise
-    nothing, it is told by the last mesh that has half the intervals, or twice as many: errors that
-    fall at least like the width are no more than the change between the two, or twice as much.
-    Infinite if there is none.
+    It is the estimated gain of finer controls, or the change from the mesh before if that is more.
+    An estimate that finer meshes have refuted is no more than noise: there it is three times the
+    changes over these meshes. Nor is it less than the changes that no estimate showed. Where
+    multipliers show nothing, it follows from the last mesh that has half the intervals, or twice as
+    many: errors that fall at least like the width are no more than the change between the two, or
+    twice as much. Infinite if there is none.
     """
 
     def change(other: SolvedMesh) -> float:
@@ -362,24 +362,24 @@ def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:
         fine = [2.0 * change(s) for s in solved if s.iterate.mesh.intervals >= 2 * count]
         return max(_SOLVED_TO, *coarse[-1:], *fine[-1:]) if coarse or fine else math.inf
     latest = solved[-1 - _TWICE :]
-    changes, unsettled = [change(s) for s in latest], unpromised_changes(solved)
+    changes, unsettled = [change(s) for s in latest], unexpected_changes(solved)
     if len(latest) > _TWICE and _are_finer(latest):
         return max(unsettled, min(_SAFETY * max(changes), max(best.errors.gain, *changes)))
     return max(unsettled, best.errors.gain, *changes[-_TWICE:])
 
 
-def unpromised_changes(solved: Sequence[SolvedMesh]) -> float:
-    """Changes of the objective that were more than promised, relative, all together.
+def unexpected_changes(solved: Sequence[SolvedMesh]) -> float:
+    """Changes of the objective that were more than estimated, relative, all together.
 
     Where an objective wanders from mesh to mesh, as among many local optima, one small change tells
-    nothing. It has settled where two changes in a row were as little as promised, or one is next to
-    nothing beside those before.
+    nothing. It has settled where two changes in a row were as little as estimated, or one is
+    next to nothing beside those before.
     """
     total, kept = 0.0, 0
     for before, after in itertools.pairwise(s for s in solved if not s.leaps):
         change = abs(after.iterate.objective - before.iterate.objective)
         change /= after.iterate.objective_size
-        broken = change > before.promised_change
+        broken = change > before.estimated_change
         kept = 0 if broken else kept + 1
         settled = kept == _TWICE or (kept and change <= _NEXT_TO_NOTHING * total)
         total = 0.0 if settled else total + broken * change

@@ -6,7 +6,7 @@ the accuracies that were asked for. All is relative.
 ======================  ==================  ==================================================
 what is compared        at most             why
 ======================  ==================  ==================================================
-missed end state        ``replay``          the promise that a user builds on, with no slack
+missed end state        ``replay``          the accuracy that a user relies on, with no slack
 excess of the replay    10 ``path``         the solution's own excess, and what its error in
                                             the dynamics adds to it
 excess of the solution  10 ``path``         the same between its own points
@@ -37,8 +37,8 @@ import casadi as ca
 import numpy as np
 
 from ocp.accuracy import SLACK, Accuracy
+from ocp.estimates.estimated_gain import effect_of_excess
 from ocp.estimates.motion_errors import MotionErrors, dense_peak
-from ocp.estimates.promised_gain import effect_of_excess
 from ocp.mesh.algebraic_equations import with_solved_algebraics
 from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, Trajectory

@@ -235,7 +235,7 @@ class Result:
         columns = {name: series.values for name, series in self.arrays.items()}
         record = self.as_dictionary()
         try:
-            # the arrays come first: a result.json without them would promise too much
+            # the arrays come first: a result.json without them would say too much
             np.savez_compressed(folder / ARRAYS_FILE, **cast(Any, columns))
             record["provenance"] |= {DIGEST: _digest(record, folder)}
             text = json.dumps(record, indent=2, ensure_ascii=False)

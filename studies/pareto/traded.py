@@ -114,7 +114,7 @@ class Traded:
         law = law_of(study, program.statement, solution)
         asked = judged(study) | {self.limited, self.least}
         deployment = replace(self.deployment(law), only=asked)
-        # the limit is what was found: it is measured, not promised
+        # the limit is what was found: it is measured, not estimated
         measured = self.at(max(limit, deployment.values[self.limited]))
         held = criteria(measured, deployment)
         return deployment, [check.sentence for check in held if not check.passed]

@@ -43,14 +43,14 @@ from studies.truss.motions.deployment import Deployment
 from studies.truss.search.best_law import best_law
 from studies.truss.search.proofs import PhasePlanes, check_some_motion, open_limit
 
-# A front is read to four digits, and its values are measured between the points of the mesh, not
-# promised. So a limit or a peak may leak by this part between them, as the motion is then a point
-# with a little more of it, and a finer control may promise a thousandth. What is no part of the
-# trade, such as the other caps, is held as closely as the truss asks. A mesh that is refined leaks
-# a fifth of that, so that neighbours can be solved on it, too.
+# A front is read to four digits, and its values are evaluated between the points of the mesh. So a
+# limit or a peak may be exceeded by this part between them, as the motion is then a point with a
+# little more of it, and a finer control may gain a thousandth. Other caps, which are no part of the
+# trade, are held as closely as the truss asks. A refined mesh leaves a fifth of that violation, so
+# that neighbours can be solved on it, too.
 LEAK = 5e-4
 ACCURACY = Accuracy(objective=1e-3, path=1e-4)
-# On few intervals that move a promised gain is some fifty times what finer ones gained in trials.
+# On few intervals that move an estimated gain is some fifty times what finer ones gained in trials.
 KEPT = Accuracy(objective=1e-2, path=LEAK)
 INTERVALS, COARSE_INTERVALS = 80, 20  # of each phase of the first mesh
 ROUNDS = 12

@@ -98,9 +98,9 @@ PULL_MARGIN = 1e-3
 ARM_MARGIN = 1.5e-4
 LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
 # Where the stretch of the ropes is planned. The snap has no limit, so each finer mesh lowers a
-# force that rides its peak a little more and promises as much again. From so many unknowns on that
-# is less than 1e-3 of the force, and no interval is cut for it: else no start ends before its
-# budget.
+# force that rides its peak a little more, with as large an estimated gain again. From so many
+# unknowns on that is less than 1e-3 of the force, and no interval is cut for it: else no start ends
+# before its budget.
 ROUGHLY, ENOUGH_UNKNOWNS = 1e-4, 5_000
 LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut

@@ -227,7 +227,7 @@ def test_a_peak_that_is_ridden_is_as_low_as_asked_for():
     assert check_of(certified(ride(), LEAST_FORCE), ARCS).value < 2e-6
 
 
-def test_what_breakpoints_promise_is_what_is_lost():
+def test_the_estimated_gain_by_breakpoints_is_what_is_lost():
     found = solve(ride(), settings=Settings(accuracy=Accuracy(objective=1e-4)))
     lost = found.objective / LEAST_FORCE - 1.0
     assert lost > 1e-6

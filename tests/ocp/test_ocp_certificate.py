@@ -248,18 +248,18 @@ def test_without_multipliers():
 
 # inside an interval, at two thirds of the time, and 1 % of the time beside a breakpoint
 @pytest.mark.parametrize(("intervals", "brake", "off"), [(5, 2.0, 2), (3, 2.06, 10)])
-def test_what_finer_controls_promise_is_a_condition(intervals, brake, off):
+def test_the_estimated_gain_of_finer_controls_is_a_condition(intervals, brake, off):
     coarse = solved_on(intervals, dash(lower=-brake))
     lost = coarse.objective / np.sqrt(600 * (1 + 1 / brake)) - 1
     assert lost > 1e-5
-    promised = check_of(coarse, "finer controls")
-    assert promised.failed
-    # the promise is of first order: it is not far from what is lost
-    assert promised.value == pytest.approx(lost, rel=off)
+    estimate = check_of(coarse, "finer controls")
+    assert estimate.failed
+    # the estimate is of first order: it is not far from what is lost
+    assert estimate.value == pytest.approx(lost, rel=off)
 
 
 @pytest.mark.slow
-def test_a_standstill_of_a_scheme_without_promises_is_told():
+def test_a_standstill_of_a_scheme_without_estimates_is_told():
     """The trapezoidal rule stood still 1.5e-3 below the longest way, and no word was said of it."""
     x, v, u, rates = double_integrator()
     fast = Bound("fast", v * (1 + 0.1 * x), upper=1.2)

@@ -164,12 +164,12 @@ def test_a_singular_arc_is_found_as_exactly_as_asked_for(intervals, asked):
     settings = Settings(intervals=intervals, accuracy=Accuracy(objective=asked))
     solution = solve(problem, settings=settings)
     off = abs(solution.objective / optimum() - 1)
-    # what is still promised is said, and counts double: it is of first order
-    promised = solution.mesh_iterations[-1].gain
-    assert off <= 2 * max(asked, promised)
-    assert promised <= asked or "finer controls may improve it" in solution.verdict
+    # the estimate that is left is stated, and counts double: it is of first order
+    estimated = solution.mesh_iterations[-1].gain
+    assert off <= 2 * max(asked, estimated)
+    assert estimated <= asked or "finer controls may improve it" in solution.verdict
     # 1e-8 is not reached from every mesh, but then the rest is small, and said
-    assert promised <= 2e-6
+    assert estimated <= 2e-6
     assert certify(solution).passed
 
 

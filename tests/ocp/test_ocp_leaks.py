@@ -26,7 +26,7 @@ from ocp import (
     save,
     solve,
 )
-from ocp.estimates.promised_gain import back_off_costs, is_affordable
+from ocp.estimates.estimated_gain import back_off_costs, is_affordable
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.numerics.piecewise_polynomial import Extremes
 from ocp.refinement.planning import mean_excess
@@ -78,7 +78,7 @@ def test_what_the_mesh_loses_along_an_arc_is_no_more_than_asked(asked):
     found = solve(least_power(), settings=settings)
     assert 0.0 <= found.objective / LEAST - 1.0 <= asked
     last = found.mesh_iterations[-1]
-    assert 0.2 <= (found.objective / LEAST - 1.0) / last.gain <= 5.0  # what is promised is true
+    assert 0.2 <= (found.objective / LEAST - 1.0) / last.gain <= 5.0  # the estimate is true
 
 
 @pytest.mark.parametrize(("path", "passed"), [(1e-3, True), (1e-4, True), (1e-5, False)])
@@ -152,8 +152,8 @@ def test_a_peak_that_leaks_is_raised_and_the_answer_is_no_better_than_the_optimu
     assert dense == pytest.approx(stated, rel=1e-6)
     assert reported.objective < found.objective
     # what is said to be open is more than what is
-    promised = float(re.search(r"may improve it by (\S+);", found.verdict)[1])
-    assert optimum < found.objective < (1 + promised) * optimum
+    estimated = float(re.search(r"may improve it by (\S+);", found.verdict)[1])
+    assert optimum < found.objective < (1 + estimated) * optimum
     # and what the peaks were raised by is said
     remark = r"the peaks include overshoot .* costs (\S+) of"
     cost = float(re.search(remark, found.verdict)[1])
@@ -183,7 +183,7 @@ def test_a_peak_that_comes_to_zero_needs_the_size_that_matters():
 def test_what_peaks_may_cost_keeps_a_certificate_true():
     assert is_affordable(3e-6, 5e-6)
     assert not is_affordable(6e-6, 5e-6)
-    # no certificate passes such a promise
+    # no certificate passes such an estimated gain
     assert is_affordable(1e-3, 2e-3)
     assert not is_affordable(3e-3, 2e-3)
 
@@ -273,7 +273,7 @@ def held_below_a_roof(distance):
     return mesh, solve(under_a_roof(0.12), settings=Settings(refinement=FixedMesh()), mesh=mesh)
 
 
-def test_what_a_back_off_costs_is_promised_as_a_gain():
+def test_the_cost_of_a_back_off_counts_as_an_estimated_gain():
     """The optimum is 4 / (9 roof): its slope times the back-off, relative to it, is closed form."""
     distance = 1e-4
     _, moved = held_below_a_roof(distance)

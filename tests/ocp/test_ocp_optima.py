@@ -35,7 +35,7 @@ from tests.ocp.problems import (
 
 SCHEMES = ["radau", "gauss", "lobatto", "hermite-simpson"]
 SHAPES = ["constant", "linear", "polynomial"]
-PROMISED = 1e-5  # the objective tolerance of `Settings`
+ACCURATE = 1e-5  # the objective tolerance of `Settings`
 
 
 def brachistochrone():
@@ -55,7 +55,7 @@ def brachistochrone():
 
 @pytest.mark.parametrize("name", SCHEMES)
 def test_brachistochrone(name):
-    # cycloid through (2, 2): 0.824 759 143 156 6 s; smooth, so far better than promised
+    # cycloid through (2, 2): 0.824 759 143 156 6 s; smooth, so far better than that
     found = solve(brachistochrone(), settings=Settings(scheme=scheme_named(name, 4)))
     assert found.objective == pytest.approx(0.8247591431566, rel=1e-8)
 
@@ -67,8 +67,8 @@ KINDS = [(name, "polynomial") for name in ("radau", "gauss", "lobatto")]
 def test_bryson_denham(name, shape):
     problem = bryson_denham(piecewise=shape)
     found = solve(problem, settings=Settings(scheme=scheme_named(name, 4)))
-    # the estimated gain left is below the promised tolerance, but counts first-order terms only
-    rel = 4 * PROMISED if shape == "constant" else PROMISED
+    # the estimated gain left is below the tolerance, but counts first-order terms only
+    rel = 4 * ACCURATE if shape == "constant" else ACCURATE
     assert found.objective == pytest.approx(4.0, rel=rel)
     # the ceiling: path tolerance of 1e-7, times 10 in the verification
     assert found.sample("x", np.linspace(0, 1, 2001)).max() <= (1 + 1e-6) / 9
@@ -97,7 +97,7 @@ def test_least_peak_of_speed():
     # thrust up to 8 m/s^2: a trapezium of speed V with V (1 - V / 8) = 1
     _, v, _, phase = rest_to_rest(piecewise="constant", lower=-8, upper=8)
     found = solve(Problem("least speed", [phase], minimise=phase.peak(v)))
-    assert found.objective == pytest.approx(4 * (1 - math.sqrt(0.5)), rel=PROMISED)
+    assert found.objective == pytest.approx(4 * (1 - math.sqrt(0.5)), rel=ACCURATE)
 
 
 def test_a_saturated_interval_that_the_control_should_leave_is_refined():
@@ -243,7 +243,7 @@ def test_peak_acceleration_under_a_jerk_cap(dimensionless_jerk, intervals):
     # switches far inside an interval are closed in on by halves, not by the width of a bracket
     assert len(found.mesh_iterations) <= 12
     assert found.verdict == "local: best of 1 start; not confirmed (ocp.certify)"
-    # 1e-5: the objective tolerance that `Settings` promises
+    # 1e-5: the objective tolerance of `Settings`
     assert found.objective == pytest.approx(least_peak(cap), rel=1e-5)
     # piecewise constant jerk on an exact chain: between the points nothing can exceed the peak by
     # more than the path tolerance of 1e-7 of `Settings`, with a factor 10 of the verification

@@ -39,7 +39,7 @@ from ocp.refinement.solved_mesh import (
     best_of,
     best_start,
     is_refuted,
-    unpromised_changes,
+    unexpected_changes,
     worst_objective,
 )
 from ocp.scaling.scales import Scales
@@ -175,7 +175,7 @@ def test_a_loose_answer_is_not_the_last_word_where_finer_meshes_fail():
     assert "refinement ended after a mesh that failed" in found.verdict
 
 
-def test_what_finer_controls_promise_counts_twice_up_to_the_accuracy_asked_for():
+def test_an_estimated_gain_counts_twice_up_to_the_accuracy_asked_for():
     swing, optimum = cubic_oscillator(Between(1, 9, 3)), 1.7630295896
     still = AdaptiveMesh(move_breakpoints=False)
     found = solve(swing, settings=Settings(intervals=8, accuracy=0.02, refinement=still))
@@ -281,43 +281,43 @@ def test_a_refinement_goes_on_while_breakpoints_come_nearer_to_kinks():
     assert stands_still(nearing(1e-6, 1e-9), ACCURACY)
 
 
-def promising(*gains, finer=True, excess=5e-7):
+def estimating(*gains, finer=True, excess=5e-7):
     return [mesh_round(2.0, gain=gain, finer=finer, excess=excess) for gain in gains]
 
 
-def test_a_promised_gain_is_refuted_by_a_finer_mesh_that_promises_as_much():
-    assert stands_still(promising(2.7e-6, 2.0e-6), ACCURACY)
-    assert not stands_still(promising(2.7e-6, 2.0e-6, finer=False), ACCURACY)
-    assert not stands_still(promising(4e-5, 2.7e-6), ACCURACY)
-    # what promises less than the tolerance needs no finer mesh
-    assert stands_still(promising(2.7e-6, 2.0e-7, finer=False), ACCURACY)
+def test_an_estimated_gain_is_refuted_by_a_finer_mesh_with_as_large_a_one():
+    assert stands_still(estimating(2.7e-6, 2.0e-6), ACCURACY)
+    assert not stands_still(estimating(2.7e-6, 2.0e-6, finer=False), ACCURACY)
+    assert not stands_still(estimating(4e-5, 2.7e-6), ACCURACY)
+    # an estimate below the tolerance needs no finer mesh
+    assert stands_still(estimating(2.7e-6, 2.0e-7, finer=False), ACCURACY)
 
 
 @pytest.mark.parametrize(
     ("gain", "excess"), [(2e-5, 5e-7), (2e-6, 0.0)], ids=["much", "all that is open"]
 )
-def test_two_finer_meshes_refute_a_promised_gain_that_is_much_or_all_that_is_open(gain, excess):
-    assert not stands_still(promising(gain, gain, excess=excess), ACCURACY)
-    assert stands_still(promising(gain, gain, gain, excess=excess), ACCURACY)
+def test_two_finer_meshes_refute_an_estimated_gain_that_is_much_or_all_that_is_open(gain, excess):
+    assert not stands_still(estimating(gain, gain, excess=excess), ACCURACY)
+    assert stands_still(estimating(gain, gain, gain, excess=excess), ACCURACY)
     # one that rises while the objective stays is noise, too
-    assert stands_still(promising(gain, 2 * gain, 4 * gain, excess=excess), ACCURACY)
+    assert stands_still(estimating(gain, 2 * gain, 4 * gain, excess=excess), ACCURACY)
 
 
 def falling(*gained):
-    """Meshes whose promise falls by 1e-5, then by 5e-6, and whose objective gains so much."""
+    """Meshes whose estimate falls by 1e-5, then by 5e-6, and whose objective gains so much."""
     objectives = 2.0 * (1.0 - np.cumsum([0.0, *gained]))
-    promises = (2e-5, 1e-5, 5e-6)
-    return [mesh_round(o, gain=g) for o, g in zip(objectives, promises, strict=True)]
+    gains = (2e-5, 1e-5, 5e-6)
+    return [mesh_round(o, gain=g) for o, g in zip(objectives, gains, strict=True)]
 
 
-def test_a_promise_is_refuted_where_it_falls_by_far_more_than_is_gained():
+def test_an_estimate_is_refuted_where_it_falls_by_far_more_than_is_gained():
     assert stands_still(falling(2e-7, 1e-7), ACCURACY)
     # a third of what it fell by: so much of the rest is more than is left alone
     assert not is_refuted(falling(4e-6, 1e-6), 2, ACCURACY)
     # one mesh may have been finer at the wrong place
     assert not is_refuted(falling(2e-7, 1e-7)[1:], 1, ACCURACY)
     # and much is no last digit
-    assert not is_refuted(promising(1e-3, 3e-4, 1e-4), 2, ACCURACY)
+    assert not is_refuted(estimating(1e-3, 3e-4, 1e-4), 2, ACCURACY)
 
 
 def test_a_refinement_goes_on_while_what_leaks_falls_fast():
@@ -382,16 +382,16 @@ def test_a_round_that_meets_all_tolerances_is_not_given_up_for_what_a_leak_gains
 
 
 def test_a_round_that_a_certificate_passes_is_the_better_of_equal_ones():
-    promising = mesh_round(2.0, gain=3e-5)
+    uncertain = mesh_round(2.0, gain=3e-5)
     certified = mesh_round(2.0 + 1e-7, excess=5e-7, gain=5e-6)
-    assert best_of([promising, certified], ACCURACY) is certified
-    assert best_of([certified, promising], ACCURACY) is certified
+    assert best_of([uncertain, certified], ACCURACY) is certified
+    assert best_of([certified, uncertain], ACCURACY) is certified
     # within what it allows the tolerances decide
     holds = mesh_round(2.0 + 1e-7, gain=6e-6)
     assert best_of([holds, certified], ACCURACY) is holds
     # and where none passes, too
     worse = mesh_round(2.0 + 1e-7, excess=5e-7, gain=2e-5)
-    assert best_of([worse, promising], ACCURACY) is promising
+    assert best_of([worse, uncertain], ACCURACY) is uncertain
 
 
 def test_a_round_whose_breakpoints_are_on_its_kinks_is_the_better_of_equal_ones():
@@ -438,14 +438,14 @@ def test_a_motion_that_leaps_over_a_limit_starts_no_mesh():
 def test_one_small_change_does_not_settle_an_objective_that_wanders():
     there, back = mesh_round(2.002, gain=1e-5), mesh_round(2.0, gain=1e-5)
     both = 0.002 / 2.002 + 0.002 / 2.0
-    assert unpromised_changes([back, there, back]) == pytest.approx(both)
+    assert unexpected_changes([back, there, back]) == pytest.approx(both)
     near = mesh_round(2.00002, gain=1e-5)
-    assert unpromised_changes([back, there, back, near]) == pytest.approx(both)
-    assert unpromised_changes([back, there, back, near, back]) == 0.0
-    assert unpromised_changes([back, there, back, back]) == 0.0
-    # what is promised counts elsewhere, and what leaps over a limit tells nothing
-    assert unpromised_changes([mesh_round(2.002, gain=1e-3), back]) == 0.0
-    assert unpromised_changes([back, mesh_round(1.9, excess=4e-3), back]) == 0.0
+    assert unexpected_changes([back, there, back, near]) == pytest.approx(both)
+    assert unexpected_changes([back, there, back, near, back]) == 0.0
+    assert unexpected_changes([back, there, back, back]) == 0.0
+    # estimated changes count elsewhere, and what leaps over a limit tells nothing
+    assert unexpected_changes([mesh_round(2.002, gain=1e-3), back]) == 0.0
+    assert unexpected_changes([back, mesh_round(1.9, excess=4e-3), back]) == 0.0
 
 
 COARSE = Accuracy(objective=1e-5, path=1e-5)

@@ -144,7 +144,7 @@ def test_a_scheme_of_ones_own_solves():
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
 @pytest.mark.parametrize("scheme", [Trapezoid(), HermiteSimpson(), Lobatto()], ids=repr)
 def test_a_scheme_without_estimates_states_no_more_than_two_meshes_tell(scheme, accuracy):
-    """Its multipliers promise nothing, so that a mesh of half the intervals has to tell."""
+    """Its multipliers estimate no gain, so that a mesh of half the intervals has to tell."""
     way, speed = State("way", "m"), State("speed", "m/s")
     pull = Control("pull", "m/s^2", lower=-2, upper=1)
     drive = Phase(

@@ -217,7 +217,7 @@ def test_a_replay_goes_through_all_phases():
     first_phase, second_phase = found.trajectory.phases
     # the first phase says it ends where it does not
     spoilt = replace(found.trajectory, phases=(ended(first_phase, 1e-3), second_phase))
-    assert found.verification.miss < 1e-6  # as `Accuracy` promises
+    assert found.verification.miss < 1e-6  # as `Accuracy` says
     assert simulate(problem, spoilt, {"x": 1.0, "v": 1.0}).miss == pytest.approx(1e-3, rel=1e-2)
 
     # a control that is off in the first phase shifts the second one too, which then coasts for 1 s

@@ -29,7 +29,7 @@ from ocp import (
     solve,
 )
 from ocp.estimates.error_estimate import MeshErrors, missed_switches, shared
-from ocp.estimates.promised_gain import control_errors, parts_to_resolve, saturated
+from ocp.estimates.estimated_gain import control_errors, parts_to_resolve, saturated
 from ocp.estimates.switch_detection import (
     Jump,
     control_jumps,
@@ -583,7 +583,7 @@ def test_two_switches_just_behind_breakpoints_are_found(after):
 
 @pytest.mark.slow
 def test_a_switch_that_was_missed_is_moved():
-    # nine per cent were lost, with a promised gain of 7e-6
+    # nine per cent were lost, with an estimated gain of 7e-6
     found = solve(wait(), settings=Settings(iterations=2000))
     assert found.objective == pytest.approx(LEAST, rel=1e-4)
 
@@ -601,14 +601,14 @@ def test_a_switch_of_what_is_no_motion_gets_no_breakpoint(monkeypatch) -> None:
     assert max(round.movable for round in found.mesh_iterations) == 0
 
 
-def test_where_a_gain_is_promised_in_vain_switches_on_breakpoints_may_move(monkeypatch):
+def test_where_an_estimated_gain_is_in_vain_switches_on_breakpoints_may_move(monkeypatch):
     # not because the Hamiltonian differs there
     monkeypatch.setattr("ocp.estimates.error_estimate._BALANCED", np.inf)
     # three axes turn from rest to rest in the same time: their switches lie at the middle and at
     # quarters, on breakpoints of a uniform mesh, where multipliers are not unique
     found = solve(arm())
     assert found.verdict.startswith("local")
-    assert "promise" not in found.verdict
+    assert "may improve" not in found.verdict
     fractions, mesh = found.trajectory.phases[0].fractions, found.mesh.phases[0]
     assert 0.5 in np.round(fractions[list(mesh.movable)], 6)
     assert certify(found).passed
@@ -742,7 +742,7 @@ def test_controls_are_not_refined_beyond_the_unknowns_allowed():
     found = solve(waves(), settings=Settings(intervals=INTERVALS, refinement=few))
     assert found.verification.passed
     assert "finer controls may improve it by" in found.verdict
-    # the promise is of first order, and has one digit there
+    # the estimate is of first order, and has one digit there
     (digit,) = re.findall(r"may improve it by (\S+);", found.verdict)
-    promised = 1.2 * float(digit)
-    assert -2 / math.pi < found.objective < (1 - promised) * -2 / math.pi
+    estimated = 1.2 * float(digit)
+    assert -2 / math.pi < found.objective < (1 - estimated) * -2 / math.pi

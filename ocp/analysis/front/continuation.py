@@ -159,7 +159,7 @@ def _step(point: FrontPoint, ranges: Ranges, stride: float) -> float:
 
 
 def _nothing_to_gain(point: FrontPoint, last: float) -> bool:
-    """Whether the slope promises nothing over all that is left: a convex front is flat there."""
+    """Whether the slope gains nothing over all that is left: a convex front is flat there."""
     return abs(point.slope) * abs(last - point.limit) <= FLAT * abs(point.y)
 
 

@@ -39,8 +39,8 @@ class NeighbourSolver:
     settings : Settings
         Of a mesh that is refined.
     kept : Accuracy
-        Within which a solution is good enough: on the mesh of its neighbour, what finer controls
-        promise and what limits are exceeded by between the points; refined, the latter.
+        Within which a solution is good enough: on the mesh of its neighbour, the estimated gain of
+        finer controls and the violation of limits between the points; refined, the latter.
     progress : callable, optional
         As of `ocp.solve`.
     """
@@ -76,11 +76,11 @@ class NeighbourSolver:
                     progress=self.progress,
                     partial=False,
                 )
-                promised = found.mesh_iterations[-1].gain
-                if self._is_kept(found) and promised <= self.kept.objective:
+                estimated = found.mesh_iterations[-1].gain
+                if self._is_kept(found) and estimated <= self.kept.objective:
                     return found
                 # a violation alone is soon removed; a gain says that arcs have left their intervals
-                guess, follows = found, promised > self.settings.accuracy.objective
+                guess, follows = found, estimated > self.settings.accuracy.objective
 
         if follows:
             settings = replace(

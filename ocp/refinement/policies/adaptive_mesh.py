@@ -11,7 +11,7 @@ import numpy as np
 
 from ocp.accuracy import Accuracy
 from ocp.estimates.error_estimate import MeshErrors
-from ocp.estimates.promised_gain import cost_of_raising, is_affordable
+from ocp.estimates.estimated_gain import cost_of_raising, is_affordable
 from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import Mesh, PhaseMesh, bisected, same_intervals
 from ocp.optimality.iterate import Iterate
@@ -34,12 +34,12 @@ _A_MOTION = 1e-2
 # Intervals that share this part of the tolerance on the objective need no finer control.
 _LEFT_ALONE = 0.25
 # Nor does one that gains less than this part of what the worst one gains. It is small, because what
-# a rough control promises is often a thousand times what it gains.
+# a rough control is estimated to gain is often a thousand times what it gains.
 _LEAST_GAIN = 1e-5
 # Unknowns of a program up to which breakpoints move in brackets. In a larger one an iteration is
 # dear, and they cost more of them than short intervals beside each jump.
 _MOST_IN_MOTION = 10_000
-# finer meshes in a row on which nothing was gained, after which a promised gain counts as noise
+# finer meshes in a row on which nothing was gained, after which an estimated gain counts as noise
 _REFUTED = 2
 
 
@@ -49,7 +49,7 @@ class AdaptiveMesh:
     """Meshes that adapt until all tolerances are met.
 
     Errors of the dynamics raise the degree of an interval, or split it. Jumps of controls are put
-    in brackets, in which a breakpoint may move. Controls are refined where the Hamiltonian promises
+    in brackets, in which a breakpoint may move. Controls are refined where the Hamiltonian shows
     a gain, not where they look rough. A constraint that is exceeded between the points is imposed
     there, too.
 
@@ -68,7 +68,7 @@ class AdaptiveMesh:
     most_unknowns : int
         Of a nonlinear program, up to which intervals are cut for their controls. Beyond it they are
         cut only where the dynamics or the limits do not hold, and the verdict says what finer
-        controls still promise.
+        controls may still give.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def _resolves_jumps(last: SolvedMesh, accuracy: Accuracy) -> bool:
 
 
 def _only_peaks_are_exceeded(last: SolvedMesh, accuracy: Accuracy) -> bool:
-    """Whether nothing is open but peaks, and raising them costs less than finer controls promise.
+    """Whether nothing is open but peaks, and raising them costs less than finer controls may gain.
 
     See `ocp.refinement.raised_peaks`.
     """
@@ -228,7 +228,7 @@ def _unknowns(iterate: Iterate, phases: Sequence[PhaseMesh]) -> float:
 
 
 def _finer_mesh_gained_nothing(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
-    """Whether a motion that holds promises a gain though its mesh, a finer one, gained nothing."""
+    """Whether a gain is estimated for a motion that holds, though its finer mesh gained nothing."""
     if len(solved) < 2 or not solved[-1].holds(accuracy):
         return False
     before, after = solved[-2:]

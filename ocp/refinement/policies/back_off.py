@@ -16,7 +16,7 @@ import numpy as np
 from ocp.accuracy import Accuracy
 from ocp.arrays import Array, Flags, Integers
 from ocp.estimates.error_estimate import NARROW, PhaseErrors
-from ocp.estimates.promised_gain import scaled_costs, unit_costs
+from ocp.estimates.estimated_gain import scaled_costs, unit_costs
 from ocp.optimality.active_set import STRONGLY_ACTIVE, path_multiplier_sums
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.solved_mesh import SolvedMesh

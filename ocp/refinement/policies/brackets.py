@@ -185,7 +185,7 @@ def _uncertainty(points: Array, jump: Jump) -> float:
 def with_movable_switches(iterate: Iterate) -> Mesh | None:
     """The mesh of a solved one whose breakpoints may move where a control jumps at them.
 
-    Beside a jump at a fixed breakpoint the multipliers are not unique, and what they promise means
+    Beside a jump at a fixed breakpoint the multipliers are not unique, and the gain by them means
     nothing. None if there is no such jump, or at known times only.
     """
     phases, none = list[PhaseMesh](), True

@@ -180,7 +180,7 @@ class MeshDemands:
     accuracy : Accuracy
         What is asked for.
     least_gain : float
-        What an interval has to promise to be cut for its controls, relative to the objective.
+        Estimated gain from which on an interval is cut for its controls, relative to the objective.
     most_intervals : int
         Of the phase.
     highest_degree : int

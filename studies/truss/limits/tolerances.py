@@ -1,7 +1,7 @@
 """Limits with their reasons: of what passes a verification, and of what is taken as meant.
 
 Everything that a motion is held against has one of the limits below, and follows from what it is
-for. The engine's own promises are in `ocp.verification.verify`.
+for. The engine's own tolerances are in `ocp.verification.verify`.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ VERIFICATION: Mapping[str, Limit] = {
     "end angles of a motion that was found": Limit(
         1.6e-6,
         "rad",
-        "1e-6 of the deployed angle, as the engine promises of its replay; the end of a bar of "
+        "1e-6 of the deployed angle, as the engine asks of its replay; the end of a bar of "
         "1 m is then 2 micrometres off, and a latch takes more",
     ),
     "end angles of a profile": Limit(
         1e-4, "rad", "0.006 deg, what a profile of four to five digits leaves"
     ),
     "speed and acceleration at the ends": Limit(
-        1e-6, "of the peak", "as the engine promises; 1e-12 of the kinetic energy is left"
+        1e-6, "of the peak", "as the engine asks; 1e-12 of the kinetic energy is left"
     ),
     "caps": Limit(
         1e-6,
@@ -73,7 +73,7 @@ LONGER = VERIFICATION["duration"].value
 IMBALANCE = VERIFICATION["balance of energy"].value
 BACKWARD = VERIFICATION["speed below zero"].value
 
-# Of the objective: what finer controls may still promise, so that the optimum is known to 1e-5.
+# Of the objective: what finer controls may still gain, so that the optimum is known to 1e-5.
 # Where the force or a cap is ridden over a long arc, what the engine asks for by default takes five
 # times as many intervals and up to thirty times the time.
 OPTIMUM = 3e-6

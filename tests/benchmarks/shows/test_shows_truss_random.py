@@ -1,4 +1,4 @@
-"""Random truss studies: what is drawn is what was promised, and how a command ended is read."""
+"""Random truss studies: what is drawn is what was asked for, and how a command ended is read."""
 
 import math
 from pathlib import Path
@@ -16,7 +16,7 @@ from studies.truss.command import STUDY
 QUESTIONS = [question(3, index) for index in range(140)]
 
 
-def test_questions_are_what_they_promise() -> None:
+def test_questions_are_what_was_asked_for() -> None:
     paper = TrussParameters()
     for drawn in QUESTIONS:
         assert 2 <= drawn["duration"] <= 600
@@ -102,9 +102,9 @@ def test_rows_of_all_kinds_are_printed() -> None:
         {**base, "index": 2, **ended, "code": -11},
         {**base, "index": 3, "failure": "not done after 1 s"},
     ]
-    studies, promises = tables(rows)
-    assert dict(promises.rows)["exit 70 or a traceback"] == "1 of 3"
-    assert dict(promises.rows)["no answer within the limit"] == "1 of 4"
+    studies, held = tables(rows)
+    assert dict(held.rows)["exit 70 or a traceback"] == "1 of 3"
+    assert dict(held.rows)["no answer within the limit"] == "1 of 4"
     assert "not done after 1 s" in str(studies)
     assert "YES" in str(studies)
     assert truss_random.LIMIT > 0

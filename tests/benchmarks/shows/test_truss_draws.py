@@ -1,4 +1,4 @@
-"""Twelve random studies of the truss keep what is promised of all."""
+"""Twelve random studies of the truss keep what must hold for all."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from studies.common.exit_codes import ExitCode
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*spring:UserWarning")
 @pytest.mark.parametrize("index", range(12))
-def test_a_random_study_keeps_what_is_promised(index: int, tmp_path: Path) -> None:
+def test_a_random_study_keeps_what_must_hold(index: int, tmp_path: Path) -> None:
     row = answer(question(0, index), tmp_path)
     assert not row["traceback"], (tmp_path / "printed.txt").read_text("utf-8")
     assert row["code"] in (

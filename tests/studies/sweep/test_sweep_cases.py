@@ -65,7 +65,7 @@ def test_samples_fill_the_box_evenly_and_are_the_same_again(sampling: str) -> No
     points = np.array(design(study).points)
     assert points.shape == (32, 2)
     shares = np.column_stack([(points[:, 0] - 100.0) / 100.0, np.log10(points[:, 1] / 1e-3) / 2.0])
-    # one point in each of 32 slices: what either method promises of every key
+    # one point in each of 32 slices: as either method does of every key
     for column in shares.T:
         assert sorted(np.floor(32 * column).astype(int)) == list(range(32))
     assert np.array_equal(points, np.array(design(study).points))

@@ -114,13 +114,13 @@ def without_small_costs(
     return tuple(counted)
 
 
-def is_affordable(cost: float, promised: float) -> bool:
-    """Whether peaks may be raised at a cost, beside what finer controls promise; both relative.
+def is_affordable(cost: float, gain: float) -> bool:
+    """Whether peaks may be raised at a cost, next to the gain of finer controls; both relative.
 
-    It may be as much as they promise. Where a certificate allows that promise, both together have
+    It may be as much as that gain. Where a certificate allows the gain, both together have
     to be what it allows.
     """
-    return cost <= (promised if promised > CERTIFIED_GAIN else CERTIFIED_GAIN - promised)
+    return cost <= (gain if gain > CERTIFIED_GAIN else CERTIFIED_GAIN - gain)
 
 
 def cost_of_raising(
@@ -276,14 +276,14 @@ _SMOOTH = 3e-4
 # Part of what an interval gains, which is most of it.
 _MOST = 0.5
 
-# Of the objective: what a certificate lets finer controls promise. It is ten times the default of a
-# solve, because the promise is of first order, and often ten times what they give.
+# Of the objective: the estimated gain of finer controls that a certificate allows. It is ten times
+# the default of a solve, because the estimate is of first order, and often ten times too large.
 CERTIFIED_GAIN = 1e-5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PhaseGains:
-    """What finer controls promise in each interval of a phase, (N,) each.
+    """Estimated gain of finer controls in each interval of a phase, (N,) each.
 
     Attributes
     ----------
@@ -339,7 +339,7 @@ class PhaseGains:
         )
 
 
-def promised_gain(iterate: Iterate, evaluator: Evaluator, strongest: Sequence[Array]) -> float:
+def estimated_gain(iterate: Iterate, evaluator: Evaluator, strongest: Sequence[Array]) -> float:
     """What finer controls could still gain, of the objective, the cost of back-offs included.
 
     Parameters

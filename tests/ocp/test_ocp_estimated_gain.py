@@ -1,4 +1,4 @@
-"""What finer controls promise, where the promise counts, and where they share limits."""
+"""The estimated gain of finer controls, where it counts, and where they share limits."""
 
 from types import SimpleNamespace
 
@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, linprog
 
 from ocp import Between, Bound, Control, Phase, Problem, Radau, State
-from ocp.estimates.promised_gain import PhaseGains, promised_gain
+from ocp.estimates.estimated_gain import PhaseGains, estimated_gain
 from ocp.optimality.active_set import strongest_multipliers
 from ocp.optimality.control_gains import SharedLimit, _shares, limits_by_group, traded_gain
 from tests.ocp.problems import certified, rest_to_rest, solved_on
@@ -29,19 +29,19 @@ def telling(solution, *, acting):
     return PhaseGains.of(iterate, solution.evaluator, 0, strongest).informative
 
 
-def test_a_coarse_switch_promises_about_what_its_place_gains():
+def test_a_coarse_switch_is_estimated_to_gain_about_what_its_place_gains():
     fastest = moved(lambda phase, u: phase.end_time, end=Between(0.1, 5.0))
     # from 20 to -10 m/s^2 at one third: the square root of 2 s (1/20 + 1/10)
     gained = fastest.objective / np.sqrt(0.3) - 1.0
     assert gained > 1e-3
     iterate = fastest.kept_iterate
-    promised = promised_gain(iterate, fastest.evaluator, strongest_multipliers(iterate))
-    assert promised == pytest.approx(gained, rel=0.1)
-    # a control on its bound is one that it may have to leave: there the promise counts
+    estimated = estimated_gain(iterate, fastest.evaluator, strongest_multipliers(iterate))
+    assert estimated == pytest.approx(gained, rel=0.1)
+    # a control on its bound is one that it may have to leave: there the estimate counts
     assert telling(fastest, acting=True).all()
 
 
-def test_a_promise_is_noise_where_a_control_is_smooth_and_a_constraint_acts():
+def test_an_estimated_gain_is_noise_where_a_control_is_smooth_and_a_constraint_acts():
     easiest = moved(lambda phase, u: phase.integral(u**2), end=1.0)
     assert telling(easiest, acting=False).all()
     assert not telling(easiest, acting=True).any()
@@ -66,15 +66,15 @@ def slow_move(*, with_pump):
 def test_a_control_on_its_bound_makes_no_noise_of_another_one_tell():
     alone, beside = slow_move(with_pump=False), slow_move(with_pump=True)
     assert beside.objective == pytest.approx(alone.objective - 1.0, rel=1e-7)
-    promised = []
+    estimated = []
     for solution in (alone, beside):
         iterate = solution.kept_iterate
         strongest = strongest_multipliers(iterate)
         gains = PhaseGains.of(iterate, solution.evaluator, 0, strongest[0])
-        promised.append(gains.counted.sum() * iterate.objective_size)
+        estimated.append(gains.counted.sum() * iterate.objective_size)
         # what the speed limit leaves between its points is there in both
         assert gains.anywhere.sum() > 2.0 * gains.counted.sum()
-    assert promised[1] == pytest.approx(promised[0], rel=1e-2, abs=1e-9)
+    assert estimated[1] == pytest.approx(estimated[0], rel=1e-2, abs=1e-9)
 
 
 def test_a_limit_that_the_start_lies_on_does_not_hide_the_peak():
