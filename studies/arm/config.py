@@ -323,8 +323,8 @@ def check_wheels(study: Any) -> None:
     for name in ("wheel_torque", "wheel_momentum"):
         if H is not None and (cap := getattr(study, name)) is not None:
             raise StudyError(
-                f"{name} is {cap:g}, but the satellite of {H:g} kg m^2 is free to turn and its "
-                "wheels take nothing; leave one of the two keys out"
+                f"{name} is {cap:g}, but the satellite of {H:g} kg m^2 is free to turn, so its "
+                "wheels take nothing; remove one of the two keys"
             )
 
 

@@ -73,7 +73,7 @@ class DesignSpace:
         positive, "N", "least force on each rope that holds the open truss; none: that of the truss"
     )
     stroke: float | None = optional_key(
-        positive, "m", "most length that each rope is hauled in; none: that of the truss"
+        positive, "m", "maximum length that each rope is wound in; none: that of the truss"
     )
     stowed_height: float | None = optional_key(
         positive, "m", "most height of the stowed truss; none: that of the truss"

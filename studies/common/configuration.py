@@ -247,13 +247,13 @@ def part_below_one(remedy: str) -> Described[float]:
 
     Parameters
     ----------
-    remedy : what to say of a larger one, behind "give a part below 1".
+    remedy : what to say of a larger one, behind "give a fraction below 1".
     """
 
     def read(name: str, value: Any) -> float:
         part = positive(name, value)
         if part >= 1.0:
-            raise StudyError(f"{name} is {part:g}; give a part below 1{remedy}")
+            raise StudyError(f"{name} is {part:g}; give a fraction below 1{remedy}")
         return part
 
     return Described(read, {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1})

@@ -89,8 +89,8 @@ def _acceleration(
     bound = acceleration_bound(course, points, kind)
     if bound is None or (kind == "linear" and loop is None):
         raise StudyError(
-            f"the interpolation {kind} has no bounded acceleration by itself; state "
-            "drive.bandwidth, or an interpolation that is hermite, spline or quintic",
+            f"the interpolation {kind} has no bounded acceleration; give drive.bandwidth, or the "
+            "interpolation hermite, spline or quintic",
         )
     if loop is None:
         return 1.0, bound.interpolation + bound.rounding

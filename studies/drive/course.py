@@ -261,8 +261,8 @@ def with_dwells(course: Course, before: float, after: float) -> Course:
         return course
     if before and course.start_speed:
         raise StudyError(
-            f"drive.start_dwell is {before:g} s, but the motion is under way at its start; leave "
-            "the rest before it out"
+            f"drive.start_dwell is {before:g} s, but the motion does not start at rest; remove "
+            "start_dwell"
         )
     total = before + course.duration + after
 

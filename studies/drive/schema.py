@@ -39,7 +39,7 @@ def _efficiency(name: str, value: Any) -> float:
     """A number above zero and at most one."""
     share = positive(name, value)
     if share > 1.0:
-        raise StudyError(f"{name} is {share:g}; give a part of at most 1, such as 0.8")
+        raise StudyError(f"{name} is {share:g}; give a fraction of at most 1, such as 0.8")
     return share
 
 
@@ -65,12 +65,14 @@ def _corners(name: str, value: Any) -> Corners:
     slopes = [0.0]
     for (speed, torque), (faster, less) in pairwise(corners):
         if faster <= speed:
-            raise StudyError(f"{name} has the speed {faster:g} behind {speed:g}; let speeds rise")
+            raise StudyError(
+                f"{name} has the speed {faster:g} after {speed:g}; give increasing speeds"
+            )
         slopes.append((less - torque) / (faster - speed))
         if slopes[-1] > slopes[-2] + 1e-12 * abs(slopes[-2]):
             raise StudyError(
-                f"{name} rises or has a dent at {speed:g} rad/s; leave that corner out, so that "
-                "the curve falls ever more steeply"
+                f"{name} must be decreasing and concave, but is not at {speed:g} rad/s; remove the "
+                "point at this speed"
             )
     return corners
 
@@ -84,15 +86,15 @@ class Drive:
     drum_radius : at the rope's centre line in the first layer [m]; a joint has no drum.
     rope_diameter : by which the radius grows from layer to layer [m]; none is one layer alone.
     layer_turns : turns of rope in one layer, at least 1; on its last one the rope climbs.
-    gear_ratio : turns of the motor a turn of the drum or joint.
-    efficiency : of gear and drum, the part of the motor's power that reaches the rope.
+    gear_ratio : turns of the motor for each turn of the drum or joint.
+    efficiency : of gear and drum, the fraction of the motor's power that reaches the rope.
     counts : of the encoder a turn of the drum or joint; None is a position that is not rounded.
     period : between two set-points [s].
     interpolation : what the drive does between two points of its table.
     bandwidth, damping : of the position loop, taken as a low-pass of second order with the natural
         frequency 2 pi times the bandwidth [Hz]; without a bandwidth it follows exactly.
     buffer : the most points, or segments, that the device holds.
-    longest_segment : the longest time between two points of a table [s].
+    longest_segment : the maximum time between two points of a table [s].
     speed, acceleration, jerk : limits of one rope [m/s, m/s^2, m/s^3], or of the joint in rad.
     force, power : limits of the pull on one rope [N] and of all motors together [W], at the rope.
     motor_speed, motor_torque : limits of one motor's shaft [rad/s, N m]; a rope has a motor.
@@ -117,73 +119,85 @@ class Drive:
         positive, "m", "radius of the drum at the rope's centre line, in the first layer"
     )
     rope_diameter: float | None = optional_key(
-        positive, "m", "by which the radius grows from layer to layer; none: one layer"
+        positive,
+        "m",
+        "diameter of the rope, by which the radius grows from layer to layer; none: one layer",
     )
     layer_turns: float | None = optional_key(
-        _layer_turns, "", "turns of rope in one layer, at least 1; on the last one the rope climbs"
+        _layer_turns, "", "turns of rope in one layer, at least 1; on the last turn the rope climbs"
     )
     gear_ratio: float = key(
-        positive, "", "turns of the motor a turn of the drum or joint", default=1.0
+        positive, "", "turns of the motor for each turn of the drum or joint", default=1.0
     )
     efficiency: float = key(
-        _efficiency, "", "part of the motor's power that reaches the rope", default=1.0
+        _efficiency, "", "fraction of the motor's power that reaches the rope", default=1.0
     )
     counts: int | None = optional_key(
-        whole(2), "", "encoder counts a turn of the drum or joint; none: positions are not rounded"
+        whole(2),
+        "",
+        "encoder counts for each turn of the drum or joint; none: positions are not rounded",
     )
     period: float = key(positive, "s", "time between two set-points", default=0.01)
     interpolation: str = key(
         choice(INTERPOLATIONS),
         "",
-        f"between two points of a table: {', '.join(INTERPOLATIONS)}",
+        f"interpolation between two points of a table: {', '.join(INTERPOLATIONS)}",
         default="linear",
     )
     bandwidth: float | None = optional_key(
         positive, "Hz", "natural frequency of the position loop; none: the rope follows exactly"
     )
     damping: float = key(positive, "", "damping ratio of the position loop", default=0.7)
-    buffer: int | None = optional_key(whole(2), "", "most points that the device holds")
-    longest_segment: float | None = optional_key(
-        positive, "s", "longest time between two points of a table"
+    buffer: int | None = optional_key(
+        whole(2), "", "maximum number of points that the device stores"
     )
-    speed: float | None = optional_key(positive, "m/s", "most speed of one rope")
-    acceleration: float | None = optional_key(positive, "m/s^2", "most acceleration of one rope")
-    jerk: float | None = optional_key(positive, "m/s^3", "most jerk of one rope")
-    force: float | None = optional_key(positive, "N", "most pull on one rope")
-    power: float | None = optional_key(positive, "W", "most power of all motors together")
-    motor_speed: float | None = optional_key(positive, "rad/s", "most speed of one motor")
-    motor_torque: float | None = optional_key(positive, "N m", "most torque of one motor")
+    longest_segment: float | None = optional_key(
+        positive, "s", "maximum time between two points of a table"
+    )
+    speed: float | None = optional_key(positive, "m/s", "maximum speed of one rope")
+    acceleration: float | None = optional_key(positive, "m/s^2", "maximum acceleration of one rope")
+    jerk: float | None = optional_key(positive, "m/s^3", "maximum jerk of one rope")
+    force: float | None = optional_key(positive, "N", "maximum pull on one rope")
+    power: float | None = optional_key(positive, "W", "maximum power of all motors together")
+    motor_speed: float | None = optional_key(positive, "rad/s", "maximum speed of one motor")
+    motor_torque: float | None = optional_key(positive, "N m", "maximum torque of one motor")
     motor_inertia: float = key(
-        not_negative, "kg m^2", "of one motor's rotor about its shaft; needs the drum", default=0.0
+        not_negative,
+        "kg m^2",
+        "inertia of one motor's rotor about its shaft; needs the drum",
+        default=0.0,
     )
     torque_speed: Corners | None = optional_key(
-        _corners, "rad/s, N m", "corners [speed, torque] of what one motor can do, by rising speed"
+        _corners,
+        "rad/s, N m",
+        "corners [speed, torque] of the limits of one motor, by increasing speed",
     )
     rope_stiffness: float | None = optional_key(
         positive,
         "N/m",
-        "of one rope: pull of the motor per metre hauled in; exports haul in the stretch, too",
+        "of one rope: pull of the motor per metre wound in; exports also wind in the stretch",
     )
     rope_yields: RopeYields = key(
         choice(ROPE_YIELDS),
         "",
-        f"where the rope gives: {' or '.join(ROPE_YIELDS)}, of which its mean tension counts",
+        f"where the rope stretches: {' or '.join(ROPE_YIELDS)}; along its length, its mean "
+        "tension counts",
         default="at the motor",
     )
     plan_stretch: bool = key(
         boolean,
         "",
-        "whether the optimum hauls that stretch in: the motor then starts and ends at rest",
+        "whether the optimum includes this stretch: the motor then starts and ends at rest",
         default=False,
     )
     rope_delay: float | None = optional_key(
-        positive, "s", "by which one rope's motor may be behind the other's: what comes of it"
+        positive, "s", "delay of one rope's motor, whose effect is reported"
     )
     tension_ramp: float | None = optional_key(
         positive,
         "s",
-        "over which the tension that causes that stretch is averaged, twice; none: ten periods, or "
-        "a twentieth of the motion if that is less",
+        "time over which the tension for this stretch is averaged, twice; none: ten periods, or a "
+        "twentieth of the motion if that is less",
     )
     start_dwell: float = key(not_negative, "s", "rest before the motion", default=0.0)
     end_dwell: float = key(not_negative, "s", "rest after the motion", default=0.0)
@@ -193,20 +207,20 @@ class Drive:
         check(self, "drive.")
         if (self.rope_diameter is None) != (self.layer_turns is None):
             raise StudyError(
-                "drive.rope_diameter and drive.layer_turns belong together: state both for a drum "
+                "drive.rope_diameter and drive.layer_turns belong together: give both for a drum "
                 "of several layers, or neither"
             )
         for name in ("plan_stretch", "rope_delay"):
             if getattr(self, name) and self.rope_stiffness is None:
                 raise StudyError(
-                    f"drive.{name} is stated for rigid ropes; state drive.rope_stiffness in N/m, "
-                    "too"
+                    f"drive.{name} is given, but the ropes are rigid; also give "
+                    "drive.rope_stiffness in N/m"
                 )
         of_the_drum = ("motor_speed", "motor_torque", "motor_inertia", "torque_speed")
         for name in (*of_the_drum, "rope_diameter"):
             if getattr(self, name) and self.drum_radius is None:
                 raise StudyError(
-                    f"drive.{name} is stated without a drum; add drum_radius in metres to the drive"
+                    f"drive.{name} is given without a drum; add drum_radius in metres to the drive"
                 )
         if self.rope_diameter is not None and self.rope_diameter > 2 * self.radius:
             raise StudyError(
@@ -229,8 +243,8 @@ class Drive:
             return 2 * math.pi / self.counts
         if self.rope_diameter is not None:
             raise StudyError(
-                "drive.counts on a drum of several layers is not one length of rope; export the "
-                "drum's turn with --signal drum, or leave counts out"
+                "drive.counts on a drum of several layers is no fixed length of rope; export the "
+                "turn of the drum with --signal drum, or remove drive.counts"
             )
         return 2 * math.pi * self.radius / self.counts
 
@@ -239,8 +253,8 @@ class Drive:
         """Of the drum [m]; StudyError where it is not stated."""
         if self.drum_radius is None:
             raise StudyError(
-                "drive.drum_radius is not stated, but counts of rope depend on it; "
-                "add drum_radius in metres to the drive"
+                "drive.drum_radius is missing, but counts of rope depend on it; add drum_radius in "
+                "metres to the drive"
             )
         return self.drum_radius
 
@@ -271,8 +285,8 @@ class Drive:
             return
         enough = math.ceil((self.counts or 1) * FEWEST_COUNTS * count / travel)
         raise StudyError(
-            f"drive.counts is {self.counts}: the travel of {travel:.4g} {unit} has "
-            f"{travel / count:.1f} counts only; {enough} counts a turn would do"
+            f"drive.counts is {self.counts}: the travel of {travel:.4g} {unit} has only "
+            f"{travel / count:.1f} counts; give at least {enough} counts for each turn"
         )
 
 

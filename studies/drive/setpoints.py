@@ -49,7 +49,9 @@ class SetPoints:
             If there is no encoder to count with.
         """
         if self.count is None:
-            raise StudyError("this format is written in counts; state drive.counts a drum turn")
+            raise StudyError(
+                "this format is written in counts; give drive.counts for each turn of the drum"
+            )
         return np.rint(self.positions / self.count).astype(np.int64)
 
     @property
@@ -74,13 +76,13 @@ def uniform_times(course: Course, step: float) -> Array:
     if step > course.duration * (1 + 1e-9):
         raise StudyError(
             f"the step of the table is {step:g} s, but the motion lasts {course.duration:g} s; "
-            "take a shorter one"
+            "give a shorter step"
         )
     if course.duration / step > MOST_POINTS:
         raise StudyError(
             f"steps of {step:g} s make {course.duration / step:.3g} points of a motion of "
-            f"{course.duration:g} s, and a table may have {MOST_POINTS:.3g}; "
-            f"take {course.duration / MOST_POINTS:.2g} s or more"
+            f"{course.duration:g} s, but a table may have up to {MOST_POINTS:.3g}; give a step of "
+            f"{course.duration / MOST_POINTS:.2g} s or more"
         )
     # a duration that is a multiple but for rounding needs no further point
     last = math.ceil(course.duration / step - 1e-9)
@@ -116,7 +118,8 @@ def switch_point_times(
     """
     if segments > MOST_POINTS:
         raise StudyError(
-            f"{segments + 1} points are more than a table may have, {MOST_POINTS:.3g}; take fewer"
+            f"{segments + 1} points are too many for a table, which may have up to "
+            f"{MOST_POINTS:.3g}; give fewer"
         )
     edges = np.array(course.switches)
     if rounded and edges.size <= segments + 1:
@@ -129,8 +132,8 @@ def switch_point_times(
     lengths = np.diff(edges)
     if lengths.size > segments:
         raise StudyError(
-            f"the motion switches {lengths.size - 1} times, but the table may have {segments} "
-            f"segments; allow {lengths.size}, or take a fixed step"
+            f"the motion switches {lengths.size - 1} times, but the table may have only {segments} "
+            f"segments; allow {lengths.size}, or use a fixed step"
         )
     shares = _shares(lengths, segments)
     times = _spread(edges, shares, grid)
@@ -139,8 +142,8 @@ def switch_point_times(
     if longest is not None and step > longest * (1 + 1e-9):
         raise StudyError(
             f"{segments} segments of {course.duration:g} s are up to {step:.4g} s long, but "
-            f"drive.longest_segment is {longest:g} s; "
-            f"a buffer of {math.ceil(course.duration / longest) + lengths.size} would do"
+            f"drive.longest_segment is {longest:g} s; use a buffer of "
+            f"{math.ceil(course.duration / longest) + lengths.size}"
         )
     return times
 

@@ -25,8 +25,8 @@ def check_rope(truss: TrussParameters, drive: Drive | None, opening: Opening | N
     least = least_rope_stiffness(truss, drive.rope_yields, opening)
     if drive.rope_stiffness <= least.stiffness:
         raise StudyError(
-            f"drive.rope_stiffness is {drive.rope_stiffness:g} N/m, and below "
-            f"{least.stiffness:.4g} N/m the truss snaps through behind the ridge of its force, "
-            f"latest at {math.degrees(least.angle):.4g} deg; state at least "
+            f"drive.rope_stiffness is {drive.rope_stiffness:g} N/m, but below "
+            f"{least.stiffness:.4g} N/m the truss snaps through after the ridge of its force, at "
+            f"{math.degrees(least.angle):.4g} deg at the latest; give at least "
             f"{up(MORE * least.stiffness, 4)} N/m"
         )

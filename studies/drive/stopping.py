@@ -78,8 +78,8 @@ def resume_course(
     rest = float(stop.derivatives(np.array([stop.duration]))[0, 0])
     if abs(_end_of(course) - rest) < RESTING * course.travel:
         raise StudyError(
-            f"the stop at {at:g} s ends where the motion ends, so nothing is left to resume; "
-            "stop within a shorter time"
+            f"the stop at {at:g} s ends at the end of the motion, so there is nothing to resume; "
+            "use a shorter stop time"
         )
     return _way_on(course, rest, course.duration - at, drive, lasting)
 
@@ -126,8 +126,8 @@ def _way_on(
     least += [(32 * size / drive.jerk) ** (1 / 3)] if drive.jerk else []
     if lasting is not None and lasting < max(least):
         raise StudyError(
-            f"{lasting:g} s are too short for the way on: the drive's limits need at least "
-            f"{up(max(least))} s; allow that, or raise these limits",
+            f"{lasting:g} s are too short for the rest of the motion: the limits of the drive "
+            f"need at least {up(max(least))} s; allow this time, or raise the limits",
             ExitCode.INFEASIBLE,
         )
     duration = max(time, *least) if lasting is None else lasting
@@ -165,7 +165,7 @@ def least_jerk_stop(
     most = drive.acceleration or math.inf
     if -acceleration > most * (1 + 1e-9):
         raise StudyError(
-            f"the course brakes at {-acceleration:.4g} where the stop begins, beyond the drive's "
+            f"the motion brakes at {-acceleration:.4g} when the stop begins, beyond the drive's "
             f"limit of {most:g}; choose another time"
         )
 
@@ -184,7 +184,7 @@ def least_jerk_stop(
         needed, distance = _time_and_travel(speed, acceleration, fastest)
         remedy = "stop at an earlier time"
         if fastest and distance <= travel:
-            remedy = f"allow more time, as --stop-within {up(MORE * needed, 3)}"
+            remedy = f"allow more time with --stop-within {up(MORE * needed, 3)}"
         raise StudyError(
             f"no stop within the drive's limits of acceleration and jerk ends within {time:.4g} s "
             f"and {travel:.4g} {unit} of travel; {remedy}, or raise these limits",

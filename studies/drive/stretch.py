@@ -100,7 +100,7 @@ def _ramp(course: Course, drive: Drive) -> float:
     if drive.tension_ramp > MOST * course.duration:
         raise StudyError(
             f"drive.tension_ramp is {drive.tension_ramp:g} s, but the motion takes "
-            f"{course.duration:g} s; state at most {MOST * course.duration:.4g} s"
+            f"{course.duration:g} s; give at most {MOST * course.duration:.4g} s"
         )
     return drive.tension_ramp
 

@@ -85,7 +85,7 @@ def _draw_margins(  # type: ignore[no-untyped-def]
         return
 
     required = 100 * own.margin.required[KINDS.index(kind)]
-    panel.axhline(required, color="0.4", lw=0.9, ls=":", label="asked for")
+    panel.axhline(required, color="0.4", lw=0.9, ls=":", label="required")
     panel.set_ylim(-100.0, HIGHEST * max(required, 100.0))
     label_axes(panel, "angle α [deg]", f"{kind} margin [%]")
     panel.set_title(f"{kind} margin, governing case", fontsize=10)

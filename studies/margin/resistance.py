@@ -51,15 +51,15 @@ def _rows_of_a_file(name: str, path: Path) -> list[list[float]]:
     factor = next((f for unit, f in _RADIANS.items() if f"angle [{unit}]" in head), None)
     if factor is None or "torque [n m]" not in head:
         raise StudyError(
-            f"{name}: the file {path} begins with {','.join(head) or 'nothing'}; its head has to "
-            "name the columns 'angle [deg]' or 'angle [rad]', and 'torque [N m]'"
+            f"{name}: the file {path} begins with {','.join(head) or 'nothing'}; its header must "
+            "have the columns 'angle [deg]' or 'angle [rad]', and 'torque [N m]'"
         )
     first = next(i for i, cell in enumerate(head) if cell.startswith("angle ["))
     second = head.index("torque [n m]")
     try:
         return [[float(row[first]) * factor, float(row[second])] for row in rows[1:]]
     except (ValueError, IndexError) as error:
-        raise StudyError(f"{name}: a row of {path} is no pair of numbers ({error})") from error
+        raise StudyError(f"{name}: a row of {path} is not a pair of numbers ({error})") from error
 
 
 def check_covers(curve: Curve, low: float, high: float, name: str) -> None:
@@ -74,6 +74,6 @@ def check_covers(curve: Curve, low: float, high: float, name: str) -> None:
     if curve[0][0] > low + slack or curve[-1][0] < high - slack:
         ends = [math.degrees(angle) for angle in (curve[0][0], curve[-1][0], low, high)]
         raise StudyError(
-            f"{name} runs from {ends[0]:.4g} to {ends[1]:.4g} deg, the travel from "
-            f"{ends[2]:.4g} to {ends[3]:.4g} deg; measure all of it"
+            f"{name} covers {ends[0]:.4g} to {ends[1]:.4g} deg, but the travel is {ends[2]:.4g} to "
+            f"{ends[3]:.4g} deg; measure the whole travel"
         )

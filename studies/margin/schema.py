@@ -51,7 +51,7 @@ def _at_least_one(name: str, value: Any) -> float:
     factor = positive(name, value)
     if factor < 1.0:
         raise StudyError(
-            f"{name} is {factor:g}; an uncertainty factor makes a load no smaller: give at least 1"
+            f"{name} is {factor:g}; an uncertainty factor must not reduce a load: give at least 1"
         )
     return factor
 
@@ -61,7 +61,8 @@ def _at_most_one(name: str, value: Any) -> float:
     part = positive(name, value)
     if part > 1.0:
         raise StudyError(
-            f"{name} is {part:g}; derating leaves a part of what the motor can do: give at most 1"
+            f"{name} is {part:g}; a derating factor is a fraction of the force of the motor: give "
+            "at most 1"
         )
     return part
 
@@ -199,16 +200,16 @@ class MarginRequirements:
 
     preset: str | None = optional_key(choice(PRESETS), "", f"one of {', '.join(PRESETS)}")
     static: float | None = optional_key(
-        not_negative, "", "required margin at rest, 1.0 is 100 %; none: the preset's, or 0"
+        not_negative, "", "required margin at rest, 1.0 is 100 %; none: that of the preset, or 0"
     )
     dynamic: float | None = optional_key(
-        not_negative, "", "required margin in motion; none: the preset's, or 0"
+        not_negative, "", "required margin in motion; none: that of the preset, or 0"
     )
     keep: bool = key(
-        boolean, "", "whether the motion has to keep the margins as it does its caps", default=False
+        boolean, "", "whether the motion must keep the margins, like its caps", default=False
     )
     available: float | None = optional_key(
-        positive, "N", "force of the motor for each rope; none: what the drive can do"
+        positive, "N", "force of the motor for each rope; none: the force that the drive supplies"
     )
     factors: Factors = key(section(Factors), "", "uncertainty factors", factory=Factors)
     derating: Derating = key(section(Derating), "", "of the motor", factory=Derating)
@@ -281,7 +282,7 @@ class MarginRequirements:
                 value = getattr(part, field.name)
                 source = preset.on_factors if preset is not None and value == 1.0 else "stated"
                 if preset is None and value == 1.0:
-                    source = "1.0 where nothing is stated"
+                    source = "1.0 by default"
                 words = f"{title} {field.name.replace('_', ' ')}"
                 lines.append({"number": words, "value": value, "source": source})
         return lines
@@ -311,8 +312,8 @@ def read_margin(stated: str) -> dict[str, Any]:
     path = Path(stated)
     if not path.suffix and not path.exists():
         raise StudyError(
-            f"--margin is {quoted(stated)}, no preset and no file; presets are "
-            f"{', '.join(PRESETS)}, other factors stand in a TOML file"
+            f"--margin is {quoted(stated)}, which is neither a preset nor a file; use a preset "
+            f"({', '.join(PRESETS)}), or give the factors in a TOML file"
         )
     raw = read_toml(path)
     return dict(table("margin", raw["margin"]) if "margin" in raw else raw)

@@ -254,13 +254,17 @@ def sentences(travel: Travel) -> list[str]:
         need = f"the motor needs {case.needed[kind].max():.6g} N for each rope"
         if kind in case.margins:
             least = float(case.margins[kind][k])
-            need = f"least {100 * least:.1f} % (asked for {100 * asked:g} %)"
+            need = f"minimum {100 * least:.1f} % (required {100 * asked:g} %)"
         lines.append(f"{kind} margin: {need}, {where}")
     if travel.available is not None:
         spare = float((travel.available - travel.needed()).min())
-        what = f"{spare:.4g} N to spare" if spare >= 0.0 else f"{-spare:.4g} N too little"
+        what = (
+            f"{spare:.4g} N more than needed"
+            if spare >= 0.0
+            else f"{-spare:.4g} N less than needed"
+        )
         if abs(spare) <= TOLERANCE * float(travel.needed().max()):
-            what = "nothing to spare"
+            what = "exactly the force needed"
         lines.append(f"for all margins the motor has {what} for each rope")
     by_source: dict[str, list[str]] = {}
     for line in travel.margin.sources():
@@ -270,8 +274,8 @@ def sentences(travel: Travel) -> list[str]:
     curve = travel.margin.resistance
     if curve is not None and len(curve) > MOST_ROWS:
         lines.append(
-            f"the measured curve of {len(curve)} rows is taken at {MOST_ROWS} angles; that misses "
-            f"its rows by at most {thinning_error(curve):.2g} N m"
+            f"the measured curve of {len(curve)} rows is used at {MOST_ROWS} angles; its error at "
+            f"the rows is at most {thinning_error(curve):.2g} N m"
         )
     return lines
 
@@ -291,7 +295,7 @@ def criteria(travel: Travel) -> list[Criterion]:
 
 def series(travel: Travel) -> dict[str, Series]:
     """Columns beside the profile: what the motor needs, the margins, and the governing loads."""
-    made = {"motor_force_needed": ("N", travel.needed(), "for the margins that are asked for")}
+    made = {"motor_force_needed": ("N", travel.needed(), "for the required margins")}
     for kind in KINDS:
         case, _ = travel.worst(kind)
         if kind in case.margins:

@@ -40,7 +40,10 @@ class CarryingArm(ArmDescription):
     """
 
     reaction_angle_deg: float = key(
-        finite, "deg", "from the straight arm to the ring's centre, seen from the tip", default=90.0
+        finite,
+        "deg",
+        "angle from the straight arm to the ring's centre, seen from the tip",
+        default=90.0,
     )
 
     ring_turns: bool = key(
@@ -53,7 +56,8 @@ class CarryingArm(ArmDescription):
     satellite_inertia: float | None = optional_key(
         positive,
         "kg m^2",
-        "inertia about the root of a satellite that is free to turn; it is held unless stated",
+        "inertia about the root of a satellite that is free to turn; without it the satellite is "
+        "held",
     )
 
     def with_ring(self, truss: TrussParameters) -> RingOnArm:
@@ -77,7 +81,7 @@ def refuse_arm(arm: CarryingArm | None, question: str) -> None:
     """Raise StudyError if there is an arm, for a question that leaves it out."""
     if arm is not None:
         raise StudyError(
-            f"[arm] is stated, but {question} leaves the arm out; leave [arm] out, or ask "
+            f"[arm] is given, but {question} does not include the arm; remove [arm], or use "
             "antenna-ocp truss"
         )
 
@@ -101,8 +105,8 @@ def read_arm(path: Path) -> dict[str, Any]:
             satellite = getattr(study, "satellite_inertia", None)
             return {**dataclasses.asdict(study.arm), "satellite_inertia": satellite}
     raise StudyError(
-        f"the file {path} is no arm study ({reasons[0]}); give the file of an antenna-ocp arm "
-        "command, or state [arm] in the study"
+        f"the file {path} is not an arm study ({reasons[0]}); give the file of an antenna-ocp arm "
+        "command, or [arm] in the study"
     )
 
 

@@ -80,8 +80,7 @@ def _stages(name: str, value: Any) -> tuple[dict[str, float], ...]:
         for objective in alone:
             if alone.count(objective) > 1:
                 raise StudyError(
-                    f"{name} states {objective} {alone.count(objective)} times; a later one "
-                    "finds nothing more, so state it once"
+                    f"{name} contains {objective} {alone.count(objective)} times; give it once"
                 )
         return stages
     if isinstance(value, Mapping) and value:
@@ -115,7 +114,7 @@ def _ends(text: str) -> Any:
     return ends[0] if len(ends) == 1 else ends
 
 
-_share = part_below_one(": a later objective may worsen an earlier one by this part of it")
+_share = part_below_one(": a later objective may worsen an earlier one by this fraction")
 
 
 def _parameters_class() -> type[Any]:
@@ -131,7 +130,10 @@ def _dynamic_set() -> TrussParameters:
 
 
 _FURTHER = {
-    "set": {"enum": list(SETS), "description": "of the paper, from which the others differ"},
+    "set": {
+        "enum": list(SETS),
+        "description": "parameter set of the paper, from which the other keys differ",
+    },
     "stowed_angle_deg": {"type": "number", "description": "stowed_angle in degrees [deg]"},
     "net_angle_deg": {"type": "number", "description": "net_angle in degrees [deg]"},
 }
@@ -155,8 +157,8 @@ def truss_parameters(name: str, value: Any) -> TrussParameters:
             continue
         if radians in raw:
             raise StudyError(
-                f"{name} states {radians} = {quoted(raw[radians])} and {in_degrees} = "
-                f"{quoted(raw[in_degrees])}, which are the same angle; state one of them"
+                f"{name} has {radians} = {quoted(raw[radians])} and {in_degrees} = "
+                f"{quoted(raw[in_degrees])}, which are the same angle; give one of them"
             )
         changes[radians] = math.radians(positive(f"{name}.{in_degrees}", raw[in_degrees]))
 
@@ -185,8 +187,8 @@ def ring_in_space(name: str, value: Any) -> TrussParameters:
     truss = TrussStudy(minimise="energy", truss=value).truss
     if any(truss.gravity):
         raise StudyError(
-            f"truss.gravity is {list(truss.gravity)}, but the arm has no weight in its models; "
-            "leave it out, or ask a study of the truss"
+            f"truss.gravity is {list(truss.gravity)}, but the models of the arm include no weight; "
+            "remove it, or use a study of the truss"
         )
     return truss
 
@@ -226,7 +228,7 @@ class SolverOptions:
 
     Attributes
     ----------
-    intervals : mesh intervals to start from, over the whole motion.
+    intervals : initial number of mesh intervals, over the whole motion.
     starts : names of the laws to start from.
     seconds : that all starts together may take [s]; the best until then is kept.
 
@@ -237,19 +239,19 @@ class SolverOptions:
     """
 
     intervals: int = key(
-        whole(2), "", "mesh intervals to start from, over the whole motion", default=40
+        whole(2), "", "initial number of mesh intervals, over the whole motion", default=40
     )
     starts: tuple[str, ...] = key(
         choices(STARTS),
         "",
-        "laws to start from, one after the other",
+        "laws from which the solver starts, one after the other",
         default=STARTS,
         flags=(Flag("--starts", metavar="A,B", read=with_commas),),
     )
     seconds: float = key(
         positive,
         "s",
-        "that the search may take; the best motion until then is kept",
+        "maximum time of the search; the best motion found so far is kept",
         default=300.0,
     )
 
@@ -269,7 +271,7 @@ class TrussStudy:
     minimise : stages, most important first; each a mapping from objective to weight.
     duration : shortest and longest duration [s]; equal if it is fixed.
     concession : relative worsening of a stage's optimum that later stages may use.
-    smooth : whether the law is made smooth where a peak leaves it free.
+    smooth : smooth the law at times when no peak determines it.
     start_deg, start_rate_deg_per_s, end_deg : where the ring starts, how fast it turns there, and
         where it comes to rest; `opening` has them in radians.
     caps : limits that hold at all times, those of the drive among them.
@@ -289,36 +291,39 @@ class TrussStudy:
         "",
         "an objective, a table of objectives and weights, or a list of these in order of "
         f"importance; objectives are {', '.join(OBJECTIVES)}",
-        flags=(Flag("--objective", meaning=f"what is least: {', '.join(OBJECTIVES)}"),),
+        flags=(Flag("--objective", meaning=f"objective to minimise: {', '.join(OBJECTIVES)}"),),
     )
     duration: Any = key(
         _duration,
         "s",
-        "of the deployment; [low, high] leaves it free",
+        "duration of the deployment; [low, high] makes it free within this range",
         default=PAPER_DURATION,
         flags=(
             Flag(
                 "--duration",
-                meaning="[s]; LOW..HIGH leaves it free between",
+                meaning="duration [s]; LOW..HIGH makes it free within this range",
                 metavar="T",
                 read=_ends,
             ),
         ),
     )
     start_deg: float | None = optional_key(
-        positive, "deg", "angle at which the motion starts; that of the stowed ring by default"
+        positive, "deg", "angle at the start of the motion; by default that of the stowed ring"
     )
     start_rate_deg_per_s: float = key(
-        not_negative, "deg/s", "angular speed at the start, as after a tip-off", default=0.0
+        not_negative,
+        "deg/s",
+        "angular speed at the start, for example after a tip-off",
+        default=0.0,
     )
     end_deg: float | None = optional_key(
-        positive, "deg", "angle at which the motion comes to rest; 90, open, by default"
+        positive, "deg", "angle at the end of the motion, at rest; by default 90 (open)"
     )
     concession: float = key(
-        _share, "", "relative loss that a later objective may cost an earlier one", default=5e-5
+        _share, "", "relative loss of an earlier objective that a later one may cause", default=5e-5
     )
     smooth: bool = key(
-        boolean, "", "whether the law is made smooth where a peak leaves it free", default=True
+        boolean, "", "smooth the law at times when no peak determines it", default=True
     )
     caps: Caps = key(
         section(Caps), "", "limits that hold at all times", factory=Caps, flags="--{}-cap"
@@ -330,9 +335,11 @@ class TrussStudy:
         "net_angle_deg",
         factory=_dynamic_set,
         flags=(
-            Flag("--friction", "pulley_friction", "mu between rope and pulley"),
+            Flag(
+                "--friction", "pulley_friction", "friction coefficient mu between rope and pulley"
+            ),
             Flag("--modules", "modules", "number of modules"),
-            Flag("--set", "set", "the paper's parameters: dynamic or kinematic"),
+            Flag("--set", "set", "parameter set of the paper: dynamic or kinematic"),
             Flag(
                 "--parameter",
                 meaning="any parameter of the model, e.g. link=0.16 or net_angle_deg=82; may be "
@@ -350,14 +357,14 @@ class TrussStudy:
         flags=(
             Flag(
                 "--margin",
-                meaning="margins of the motor: a preset, as aiaa-s-114, or a TOML file with "
+                meaning="margins of the motor: a preset such as aiaa-s-114, or a TOML file with "
                 "[margin]",
                 read=read_margin,
             ),
             Flag(
                 "--keep-margins",
                 "keep",
-                "the motion has to keep the margins, as it does its caps",
+                "the motion must keep the margins, like its caps",
                 value=True,
             ),
         ),
@@ -365,11 +372,12 @@ class TrussStudy:
     drive: Drive | None = optional_key(
         section(Drive),
         "",
-        "the drive: its limits are caps, too, and exports are made for it",
+        "the drive: its limits are also caps, and exports are made for it",
         flags=(
             Flag(
                 "--drive",
-                meaning="drive.toml, whose limits are caps; or [drive] of the study's own file",
+                meaning="file with the drive, whose limits are caps; by default [drive] of the "
+                "study",
                 metavar="FILE",
                 read=drive_of_file,
             ),
@@ -378,26 +386,30 @@ class TrussStudy:
     arm: CarryingArm | None = optional_key(
         section(CarryingArm),
         "",
-        "the arm that carries the ring: with the keys of a study of the arm, and "
-        "reaction_angle_deg, from the straight arm to the ring's centre",
+        "the arm that carries the ring: the keys of a study of the arm, and reaction_angle_deg, "
+        "from the straight arm to the ring's centre",
         flags=(
             Flag(
                 "--arm",
-                meaning="file of an arm study: the arm that carries the ring; or [arm] of the "
-                "study's own file",
+                meaning="file of an arm study with the arm that carries the ring; by default [arm] "
+                "of the study",
                 metavar="FILE",
                 read=arm_of_file,
             ),
-            Flag("--reaction-angle-deg", "reaction_angle_deg", "of the arm, see its key [deg]"),
+            Flag(
+                "--reaction-angle-deg",
+                "reaction_angle_deg",
+                "angle from the straight arm to the ring's centre [deg]",
+            ),
             Flag(
                 "--satellite-inertia",
                 "satellite_inertia",
-                "of a satellite that is free to turn about the arm's root [kg m^2]",
+                "inertia of a satellite that is free to turn about the arm's root [kg m^2]",
             ),
             Flag(
                 "--ring-as-particle",
                 "ring_turns",
-                "the ring does not turn with the tip",
+                "the ring is a particle that does not turn with the tip",
                 value=False,
             ),
         ),
@@ -498,7 +510,7 @@ class TrussStudy:
         loads = ", ".join(name.replace("_", " ") for name in stated)
         return (
             f"Ring truss, {self.truss.modules} modules, mu = {self.truss.pulley_friction:g}, "
-            f"{time}{ends_in_words(self)}{f', with {loads}' if loads else ''}: least {aims}"
+            f"{time}{ends_in_words(self)}{f', with {loads}' if loads else ''}: minimum {aims}"
         )
 
 
@@ -536,8 +548,8 @@ def study_from(raw: Mapping[str, Any]) -> TrussStudy:
         # what else is wrong is said first: this would hide it
         from_mapping(TrussStudy, {**raw, "minimise": "energy"})
         raise StudyError(
-            "no objective is stated; give --objective, as --objective peak-force, or minimise in a "
-            "file; antenna-ocp truss --help lists all"
+            "no objective is given; give --objective, such as --objective peak-force, or minimise "
+            "in a file; antenna-ocp truss --help lists all"
         )
     return from_mapping(TrussStudy, raw)
 

@@ -181,7 +181,7 @@ QUANTITIES = {
     ),
     # tensions fall along the rope, so that the last segment has the least of all
     "least-tension": Quantity(
-        "least tension of all segments [N]",
+        "minimum tension of all segments [N]",
         kind="least",
         expression=lambda at: at.far_end_tensions,
         history=lambda along: along.least_tension,
@@ -214,7 +214,7 @@ QUANTITIES = {
         forces=True,
         cap=Cap("power", limit="power", sought=5),
         bound=lambda least: least.work / least.duration,
-        proof="the mean is W/T, and the motors do at least {work:.6g} J",
+        proof="the mean is W/T, and the work W of the motors is at least {work:.6g} J",
     ),
     "energy": Quantity(
         "work of the motor [J]",
@@ -225,14 +225,14 @@ QUANTITIES = {
         bound=lambda least: least.work,
     ),
     "peak-factored-force": Quantity(
-        "least motor force for the margins [N]",
+        "motor force needed for the margins [N]",
         expression=lambda at: at.needed_of_the_motor,
         history=lambda along: along.needed_of_the_motor,
         forces=True,
         needs="margin",
         cap=Cap("factored_force", sought=12),
         bound=lambda least: least.need,
-        proof="at rest, where it is largest, each factor and margin counted",
+        proof="at rest, at the angle with the largest need, including all factors and margins",
     ),
     "peak-stall-force": Quantity(
         "stall force needed for the margins [N]",
@@ -242,7 +242,7 @@ QUANTITIES = {
         needs="available",
         cap=Cap("stall_force", sought=1),
         bound=lambda least: least.need,
-        proof="at rest, where it is largest, each factor and margin counted",
+        proof="at rest, at the angle with the largest need, including all factors and margins",
     ),
     "peak-motor-force": Quantity(
         "peak motor force, rotor included [N]",
@@ -262,7 +262,7 @@ QUANTITIES = {
         objective=False,
         cap=Cap("motor_speed", limit="motor_speed"),
         bound=lambda least: least.motor_speed,
-        proof="the mean of a shaft that hauls in {travel:.6g} m of rope",
+        proof="the mean of a shaft that winds in {travel:.6g} m of rope",
     ),
     "peak-motor-torque": Quantity(
         "peak motor torque [N m]",
@@ -290,10 +290,10 @@ QUANTITIES = {
         both_signs=True,
         cap=Cap("reaction", sought=8),
         bound=lambda least: least.reaction,
-        proof="4 M R/T^2, with the truss's mass M and R, by which its centre moves",
+        proof="4 M R/T^2, with the mass M of the truss and the displacement R of its centre",
     ),
     "residual-energy": Quantity(
-        "energy left in the arm [J]",
+        "residual energy of the arm [J]",
         kind="end",
         expression=lambda at: (at.arm.left,),
         value=lambda motion: None if motion.arm is None else motion.arm.residual_energy,

@@ -54,7 +54,7 @@ def rope_of(deployment: Deployment) -> Parts:
                 "hauled_end_speed": hauled.end_speed,
             }
     except ModelError as error:
-        found, numbers = (f"The swing of this motion on its ropes is not known: {error}",), {}
+        found, numbers = (f"The swing of this motion on its ropes is unknown: {error}",), {}
     modes = ", ".join(
         f"{frequency:.4g} Hz at {angle:.4g} deg"
         for angle, frequency in zip(angles, frequencies, strict=True)
@@ -63,7 +63,7 @@ def rope_of(deployment: Deployment) -> Parts:
         checks=checks,
         sentences=(
             _stability(stiffness, yields, least),
-            f"On its ropes, with the motor held, the truss at rest swings at {modes}.",
+            f"With the motor held, the truss at rest swings on its ropes at {modes}.",
             *found,
         ),
         details={
@@ -79,20 +79,25 @@ def rope_of(deployment: Deployment) -> Parts:
 
 
 def _stability(stiffness: float, yields: str, least: LeastStiffness) -> str:
-    given = f"The ropes give {yields}, {stiffness:g} N/m each."
+    given = f"The ropes stretch {yields}, {stiffness:g} N/m each."
     if not least.stiffness:
         return f"{given} On ropes of any stiffness the truss is stable at these angles."
     return (
-        f"{given} Below {least.stiffness:.4g} N/m the truss would snap through; "
-        f"{math.degrees(least.angle):.4g} deg needs most."
+        f"{given} Below {least.stiffness:.4g} N/m the truss would snap through; the critical angle "
+        f"is {math.degrees(least.angle):.4g} deg."
     )
 
 
 def _within_the_drive(hauled: HauledRope, drive: Drive) -> tuple[Criterion, ...]:
     """The drive's limits on all that it hauls in: the optimum keeps them for the truss alone."""
     limits = (
-        ("speed of the hauled rope", "m/s", hauled.peak_speed, drive.speed),
-        ("acceleration of the hauled rope", "m/s^2", hauled.peak_acceleration, drive.acceleration),
+        ("speed of the rope wound in", "m/s", hauled.peak_speed, drive.speed),
+        (
+            "acceleration of the rope wound in",
+            "m/s^2",
+            hauled.peak_acceleration,
+            drive.acceleration,
+        ),
     )
     return tuple(
         at_most(name, unit, value, most) for name, unit, value, most in limits if most is not None
@@ -101,44 +106,42 @@ def _within_the_drive(hauled: HauledRope, drive: Drive) -> tuple[Criterion, ...]
 
 def _hauled_in_words(hauled: HauledRope) -> str:
     return (
-        f"The stretch of the ropes is planned: the motor hauls in {hauled.peak_speed:.4g} m/s and "
-        f"{hauled.peak_acceleration:.4g} m/s^2 at most, and {hauled.end_speed:.2g} m/s at both "
-        "ends. Its power and torque are those for rigid ropes."
+        "The plan includes the stretch of the ropes: the motor winds them in with up to "
+        f"{hauled.peak_speed:.4g} m/s and {hauled.peak_acceleration:.4g} m/s^2, and with "
+        f"{hauled.end_speed:.2g} m/s at both ends. Its power and torque are those for rigid ropes."
     )
 
 
 def _in_words(swing: RopeSwing, truss: TrussParameters, planned: bool) -> tuple[str, ...]:
     """What the law does on such ropes, and what of that the model does not cover."""
     taken = (
-        "the rope of this motion and its stretch"
-        if planned
-        else "what this motion takes of rigid ropes"
+        "the rope of this motion and its stretch" if planned else "the rope length for rigid ropes"
     )
-    end = "" if planned else " Exports haul the stretch in beforehand."
+    end = "" if planned else " Exports compensate for the stretch in advance."
 
     sentences = [
-        f"If the motor hauls in {taken}, the truss is off by up to "
-        f"{math.degrees(swing.angle_miss):.3g} deg and its rope force by up to "
-        f"{swing.force_miss:.3g} N, {swing.tension.max():.4g} N at most. When the motor stops, "
-        f"{swing.energy_left:.2g} J are left of the swing; the truss comes to rest at "
-        f"{math.degrees(swing.rest_angle):.5g} deg.{end}"
+        f"If the motor winds in {taken}, the error of the angle is up to "
+        f"{math.degrees(swing.angle_miss):.3g} deg and that of the rope force up to "
+        f"{swing.force_miss:.3g} N; the maximum force is {swing.tension.max():.4g} N. When the "
+        f"motor stops, the residual energy of the swing is {swing.energy_left:.2g} J; the truss "
+        f"comes to rest at {math.degrees(swing.rest_angle):.5g} deg.{end}"
     ]
 
     # what the model of the swing does not cover, if it occurs
     if swing.slack > 0.0:
         sentences.append(
-            f"In that swing the ropes are slack for {swing.slack:.3g} s: they pull nothing then, "
-            "and how they run over their pulleys is not modelled."
+            f"In this swing the ropes are slack for {swing.slack:.3g} s: they carry no force then, "
+            "and the model does not include how they run over their pulleys."
         )
     if swing.angle.max() > OPEN:
         sentences.append(
-            f"In that swing the truss opens to {math.degrees(swing.angle.max()):.4g} deg: a stop "
-            "at 90 deg is not modelled."
+            f"In this swing the truss opens to {math.degrees(swing.angle.max()):.4g} deg: the "
+            "model has no stop at 90 deg."
         )
     if swing.backward > 0.0 and (truss.pulley_friction > 0.0 or truss.other_pulleys):
         sentences.append(
-            f"In that swing the truss moves back for {swing.backward:.3g} s: the friction of the "
-            "pulleys, which is modelled for a rope that is hauled in, keeps its sense."
+            f"In this swing the truss moves back for {swing.backward:.3g} s: the model keeps the "
+            "direction of the pulley friction, which is that of a rope being wound in."
         )
     return tuple(sentences)
 
@@ -153,10 +156,10 @@ def _behind_in_words(swing: RopeSwing, drive: Drive, end: float) -> tuple[str, .
     )
     slack = f" One or both are slack for {swing.slack:.3g} s." if swing.slack else ""
     return (
-        f"If the motors haul in the stretch, too, and one is {drive.rope_delay:g} s behind the "
-        f"other, the truss {arrives}. The rope ahead pulls with up to {ahead:.4g} N, the other one "
-        f"with up to {behind:.4g} N.{slack} One rope early is the other one late. What unequal "
-        "ropes twist is not modelled.",
+        f"If the motors also wind in the stretch, and one motor is {drive.rope_delay:g} s later "
+        f"than the other, the truss {arrives}. The earlier rope pulls with up to {ahead:.4g} N, "
+        f"the later one with up to {behind:.4g} N.{slack} The result is the same for either rope. "
+        "The model does not include the twist by unequal ropes.",
     )
 
 

@@ -27,7 +27,7 @@ def rope_mode_figure(deployment: Deployment) -> Figure:
     assert drive.rope_stiffness is not None
     figure = Figure(figsize=(12.9, 3.8), dpi=150, layout="constrained")
     figure.suptitle(
-        f"The {deployment.name} law on ropes that give, {drive.rope_stiffness:g} N/m each",
+        f"The {deployment.name} law on flexible ropes, {drive.rope_stiffness:g} N/m each",
         fontsize=12,
     )
     mode, angle, force = figure.subplots(1, 3)
@@ -47,13 +47,13 @@ def rope_mode_figure(deployment: Deployment) -> Figure:
         mode.plot(np.degrees(alpha), frequency, lw=width, label=f"{stiffness:.4g} N/m")
     mode.set_yscale("log")
     label_axes(mode, "angle α [deg]", "frequency at rest, motor held [Hz]")
-    mode.legend(frameon=False, fontsize=8, title=f"least: {least:.4g} N/m", title_fontsize=8)
+    mode.legend(frameon=False, fontsize=8, title=f"minimum: {least:.4g} N/m", title_fontsize=8)
 
     swing = deployment.rope_swing
     angle.plot(swing.time, np.degrees(swing.angle - swing.meant_angle), color="C1")
     label_axes(angle, "time [s]", "angle less that of the law [deg]")
     force.plot(swing.time, swing.meant_tension, color="0.5", label="rigid ropes")
-    force.plot(swing.time, swing.tension[0], color="C1", lw=1.0, label="ropes that give")
+    force.plot(swing.time, swing.tension[0], color="C1", lw=1.0, label="flexible ropes")
     label_axes(force, "time [s]", "force on each rope [N]")
     force.legend(frameon=False, fontsize=8)
     return figure
@@ -66,7 +66,7 @@ def rope_delay_figure(deployment: Deployment) -> Figure:
     assert swing is not None
     figure = Figure(figsize=(8.6, 3.8), dpi=150, layout="constrained")
     figure.suptitle(
-        f"The {deployment.name} law with one motor {drive.rope_delay:g} s behind the other, "
+        f"The {deployment.name} law with one motor {drive.rope_delay:g} s later than the other, "
         f"ropes of {drive.rope_stiffness:g} N/m",
         fontsize=12,
     )
@@ -80,7 +80,7 @@ def rope_delay_figure(deployment: Deployment) -> Figure:
         left = end - np.degrees(angle)
         shown = slice(int(np.argmax(left < FARTHEST)), int(np.argmax(np.append(left, 0) < NEAREST)))
         moving = kinetic_energy(deployment.truss, ca.DM(angle), ca.DM(speed)).full().ravel()
-        energy.plot(left[shown], moving[shown], **{"label": "one behind", **look})
+        energy.plot(left[shown], moving[shown], **{"label": "one late", **look})
     energy.set_xscale("log")
     energy.xaxis.set_major_formatter("{x:g}")
     energy.set_yscale("log")

@@ -32,7 +32,7 @@ SHOWN: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "angular_acceleration": ("angular acceleration", ("peak-acceleration",)),
     "angular_jerk": ("angular jerk", ("peak-jerk",)),
     "rope_length": ("length of one rope", ()),
-    "rope_speed": ("rope speed, negative while hauled in", ()),
+    "rope_speed": ("rope speed, negative while wound in", ()),
     "rope_acceleration": ("rope acceleration", ("peak-rope-acceleration",)),
     "far_end_tension": ("tension of the rope's last segment", ("least-tension",)),
     "motor_power": ("power of both motors", ("peak-power",)),
@@ -130,7 +130,7 @@ def _force_against_speed(profiles: Mapping[str, Mapping[str, Array]]) -> Chart:
         if {"motor_force", "rope_speed"} <= columns.keys():
             places = {"haul": -columns["rope_speed"], TIME: columns["time"]}
             curves.append(Curve(law, places, columns["motor_force"]))
-    axis = ChartAxis("haul", "speed at which the rope is hauled in", "m/s")
+    axis = ChartAxis("haul", "speed at which the rope is wound in", "m/s")
     return Chart(
         "truss-force-speed",
         "force on the rope against speed",
@@ -155,7 +155,7 @@ def _torque_against_speed(deployments: Sequence[Deployment]) -> tuple[Chart, ...
     if drive.torque_speed is not None:
         speed, torque = np.array(drive.torque_speed).T
         curves.append(Curve("torque-speed curve", {axis.key: speed}, torque))
-    title = "torque against speed: what the motor must give"
+    title = "torque against speed that the motor must supply"
     return (Chart("truss-torque-speed", title, "N m", (axis,), tuple(curves), path=True),)
 
 

@@ -40,27 +40,27 @@ def check_opening(study: TrussStudy) -> None:
 
     if start < stowed * (1 - ROUNDED):
         raise StudyError(
-            f"start_deg is {start:g}, but the stowed ring is at {stowed:.6g} deg; start there "
-            "or later, or lower truss.stowed_angle_deg"
+            f"start_deg is {start:g}, but the stowed ring is at {stowed:.6g} deg; increase "
+            "start_deg, or lower truss.stowed_angle_deg"
         )
     if end > 90.0:
-        raise StudyError(f"end_deg is {end:g}, but the ring is open at 90 deg; end there")
+        raise StudyError(f"end_deg is {end:g}, but the ring is open at 90 deg; give at most 90")
     if start >= end:
         raise StudyError(
-            f"the motion starts at {start:g} deg and ends at {end:g} deg; start before the end "
-            "(start_deg), or end later, at up to 90 deg (end_deg)"
+            f"the motion starts at {start:g} deg and ends at {end:g} deg; decrease start_deg, or "
+            "increase end_deg up to 90"
         )
     if study.arm is not None and end < 90.0:
         raise StudyError(
-            f"end_deg is {end:g}, but what is left in the arm is looked at with the ring open; "
-            "leave end_deg or [arm] out"
+            f"end_deg is {end:g}, but the residual energy of the arm is computed for the open "
+            "ring; remove end_deg or [arm]"
         )
 
     if not study.start_rate_deg_per_s:
         return
     kept_at_rest = {
-        "[arm], which is at rest at first,": study.arm is not None,
-        "drive.rope_stiffness, with which the ring is at rest at first,": (
+        "[arm], which is at rest at the start,": study.arm is not None,
+        "drive.rope_stiffness, for which the ring must be at rest at the start,": (
             study.drive is not None and study.drive.rope_stiffness is not None
         ),
         "drive.start_dwell": study.drive is not None and study.drive.start_dwell > 0.0,
@@ -68,8 +68,8 @@ def check_opening(study: TrussStudy) -> None:
     for other, stated in kept_at_rest.items():
         if stated:
             raise StudyError(
-                f"start_rate_deg_per_s is {study.start_rate_deg_per_s:g}, but {other} is "
-                "stated; leave one of them out"
+                f"start_rate_deg_per_s is {study.start_rate_deg_per_s:g}, but {other} is given; "
+                "remove one of them"
             )
 
 
@@ -86,15 +86,14 @@ def check_loads(study: TrussStudy) -> None:
     """Refuse what margins and the models of arm and yielding ropes leave out."""
     if study.arm is not None and study.margin is not None:
         raise StudyError(
-            "the margins of [margin] do not include what [arm] does to the ropes; leave one of "
-            "them out"
+            "[margin] does not include the effect of [arm] on the ropes; remove one of them"
         )
     *in_plane, _ = study.truss.gravity  # along the ring's axis nothing moves, nor does the arm
     if study.arm is not None and any(in_plane):
         raise StudyError(
-            f"truss.gravity is {list(study.truss.gravity)}, and in the plane of ring and arm it "
-            "would bend the arm, which has no weight in its model; state it along the ring's "
-            "axis, as [0, 0, -9.81], or leave gravity or [arm] out"
+            f"truss.gravity is {list(study.truss.gravity)}, but in the plane of ring and arm "
+            "gravity would bend the arm, whose model includes no weight; give gravity along the "
+            "ring's axis, as [0, 0, -9.81], or remove gravity or [arm]"
         )
     if curve := study.truss.measured_torque:
         from studies.margin.resistance import check_covers
@@ -103,15 +102,14 @@ def check_loads(study: TrussStudy) -> None:
         check_covers(curve, *ends, "truss.measured_torque")
         if study.margin is not None and study.margin.resistance is not None:
             raise StudyError(
-                "margin.resistance and truss.measured_torque are both stated, and each is all "
-                "of the measured load; state truss.measured_torque alone, which counts in the "
-                "margins, too"
+                "margin.resistance and truss.measured_torque are both given, and each is the whole "
+                "measured load; give only truss.measured_torque, which also counts in the margins"
             )
     rough = [name for name in ONE_WAY if getattr(study.truss, name)]
     if rough and study.drive is not None and study.drive.rope_stiffness is not None:
         raise StudyError(
-            f"truss.{rough[0]} is stated, but on ropes that give the truss also swings back, "
-            "and this load is modelled one way only; leave it or drive.rope_stiffness out"
+            f"truss.{rough[0]} is given, but on flexible ropes the truss also swings back, and "
+            "this load is modelled in one direction only; remove it or drive.rope_stiffness"
         )
 
 
@@ -119,11 +117,11 @@ def check_stretch(study: TrussStudy) -> None:
     """Refuse what a planned stretch of the ropes does not go with."""
     if study.plans_stretch and study.arm is not None:
         raise StudyError(
-            "drive.plan_stretch is for a ring whose fixed bar is held, but [arm] is stated; "
-            "leave one of them out"
+            "drive.plan_stretch requires a ring whose fixed bar is held, but [arm] is given; "
+            "remove one of them"
         )
     if study.plans_stretch and not study.jerk_limited:
         raise StudyError(
-            "drive.plan_stretch needs a cap on the jerk, or the ropes' tension could step; "
-            'state caps.jerk, such as "200/T^3"'
+            "drive.plan_stretch needs a cap on the jerk, because otherwise the tension of the "
+            'ropes may jump; give caps.jerk, such as "200/T^3"'
         )

@@ -36,7 +36,7 @@ from studies.truss.config import study_from
 class Inner:
     """A section."""
 
-    cap: float | None = key(optional(positive), "N", "most force", default=None)
+    cap: float | None = key(optional(positive), "N", "maximum force", default=None)
 
     def __post_init__(self) -> None:
         check(self, "inner.")

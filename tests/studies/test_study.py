@@ -74,7 +74,7 @@ def test_the_schema_of_the_truss_has_every_key_that_a_result_states(
     assert schema["properties"]["caps"]["additionalProperties"] is False
     assert schema["properties"]["truss"]["properties"]["link"]["description"].endswith("[m]")
     assert schema["properties"]["solver"]["properties"]["intervals"] == {
-        "description": "mesh intervals to start from, over the whole motion",
+        "description": "initial number of mesh intervals, over the whole motion",
         "type": "integer",
         "minimum": 2,
         "default": 40,
@@ -86,7 +86,7 @@ def test_keys_are_listed_with_units_defaults_and_flags(capsys: pytest.CaptureFix
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 100
     table = lines[lines.index("[caps]") :]
-    assert re.match(r"speed +rad/s +none +most speed .*\(--speed-cap\)", table[1])
+    assert re.match(r"speed +rad/s +none +maximum speed .*\(--speed-cap\)", table[1])
     assert any(re.match(r"drum_radius +m +", line) for line in table)
     assert main(["keys", "trus"]) == ExitCode.BAD_INPUT
     assert "there is no study 'trus'; did you mean truss?" in capsys.readouterr().err

@@ -112,8 +112,8 @@ def test_what_is_stated_states_itself_again() -> None:
             r"ring has 8\.763\d* kg, more than .* tip_mass of 5 kg; raise",
         ),
         ({"arm": {"big_wal": 5.0}}, r"unknown key arm\.big_wal; did you mean arm\.big_wall"),
-        ({"margin": {"static": 1.0}}, r"\[margin\] do not include what \[arm\] does to the ropes"),
-        ({"arm": None, "minimise": "residual-energy"}, "residual-energy needs the arm; state"),
+        ({"margin": {"static": 1.0}}, r"\[margin\] does not include the effect of \[arm\]"),
+        ({"arm": None, "minimise": "residual-energy"}, "residual-energy needs the arm; give"),
         ({"arm": None, "caps": {"residual_energy": 1.0}}, r"caps\.residual_energy needs the arm"),
     ],
 )
@@ -124,7 +124,7 @@ def test_bad_input_is_one_sentence(keys: dict[str, object], sentence: str) -> No
 
 
 def test_questions_that_leave_the_arm_out_say_so() -> None:
-    with pytest.raises(StudyError, match=r"a co-design leaves the arm out; leave \[arm\] out"):
+    with pytest.raises(StudyError, match=r"a co-design does not include the arm; remove \[arm\]"):
         CodesignStudy(deployment=stated("peak-force"), design=DesignSpace(free=("link",)))
 
 
@@ -134,7 +134,7 @@ def test_the_arm_of_a_file_is_that_of_an_arm_study(tmp_path: Path) -> None:
     assert TrussStudy(minimise="energy", arm=read_arm(path)).arm == CarryingArm(tip_mass=40.0)
 
     path.write_text('minimise = "energy"\n')
-    with pytest.raises(StudyError, match=r"arm\.toml is no arm study \(unknown key minimise"):
+    with pytest.raises(StudyError, match=r"arm\.toml is not an arm study \(unknown key minimise"):
         read_arm(path)
     flags = f"truss --objective energy --arm {path} --results {tmp_path / 'results'}"
     assert main(flags.split()) == ExitCode.BAD_INPUT
@@ -217,7 +217,7 @@ def test_caps_of_wheels_that_take_nothing_are_refused() -> None:
         stated(arm={"satellite_inertia": 2000.0}, caps={"wheel_momentum": 44.0})
     with pytest.raises(StudyError, match="the ring does not turn with the tip"):
         stated(arm={"satellite_inertia": 2000.0, "ring_turns": False}).ring_on_arm  # noqa: B018
-    with pytest.raises(StudyError, match=r"caps\.wheel_torque needs the arm; state \[arm\]"):
+    with pytest.raises(StudyError, match=r"caps\.wheel_torque needs the arm; give \[arm\]"):
         TrussStudy(minimise="peak-reaction", duration=T, caps={"wheel_torque": 30.0})
 
 

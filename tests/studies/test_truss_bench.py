@@ -39,7 +39,7 @@ def test_a_bench_is_stated_and_stated_again() -> None:
     # whoever reads the result's first line knows that it is not one of the flight
     assert "with other pulleys, gravity, off load, joint coulomb" in stated.question
     plain = study(truss={"pulley_friction": 0.01})
-    assert plain.question == "Ring truss, 24 modules, mu = 0.01, T = 10 s: least peak-force"
+    assert plain.question == "Ring truss, 24 modules, mu = 0.01, T = 10 s: minimum peak-force"
 
 
 def test_a_report_lists_the_loads_that_are_stated_and_no_others() -> None:
@@ -90,20 +90,20 @@ def test_the_phase_plane_starts_above_coulomb_friction() -> None:
         ({"truss": {"gravity": 9.81}}, "truss.gravity is 9.81; give three finite numbers"),
         ({"truss": {"other_pulleys": [[25, 1, 0.3]]}}, "truss.other_pulleys names module 25"),
         ({"truss": {"other_pulleys": [7, 2, 0.3]}}, "truss.other_pulleys is .*; give rows of"),
-        ({"truss": {"measured_torque": [[0.5, 1], [1.6, 2]]}}, "truss.measured_torque runs from"),
+        ({"truss": {"measured_torque": [[0.5, 1], [1.6, 2]]}}, "truss.measured_torque covers"),
         ({"truss": {"measured_torque": [[0.5, 1], [0.4, 2]]}}, "measured_torque has the angle 0.4"),
         (
             {
                 "truss": {"measured_torque": [[0.07, 1], [1.6, 2]]},
                 "margin": {"resistance": [[0.07, 1], [1.6, 2]]},
             },
-            "are both stated",
+            "are both given",
         ),
         ({"truss": {"joint_coulomb": 1e9}}, "such a joint is a weld"),
         ({"truss": {"gravity": [1.0, 0.0, 0.0]}, "arm": {}}, "in the plane of ring and arm"),
         (
             {"truss": {"slider_coulomb": 0.5}, "drive": {"rope_stiffness": 600.0}},
-            "slider_coulomb is stated, but on ropes that give",
+            "slider_coulomb is given, but on flexible ropes",
         ),
     ],
 )
@@ -114,5 +114,5 @@ def test_what_the_models_leave_out_is_refused(changes: dict[str, object], said: 
 
 def test_a_mission_and_a_turn_have_no_weight() -> None:
     for one in (mission_from, turn_from):
-        with pytest.raises(StudyError, match="the arm has no weight in its models"):
+        with pytest.raises(StudyError, match="the models of the arm include no weight"):
             one({"truss": {"gravity": [1.0, 0.0, 0.0]}})

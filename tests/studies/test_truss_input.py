@@ -34,7 +34,7 @@ def test_a_flag_that_is_given_twice_is_refused(capsys):
         (("--parameter", "net_angle=1.4", "--parameter", "net_angle_deg=82"), "the same thing"),
         (("--parameter", "=3"), "write NAME=VALUE"),
         (("--parameter", "link="), "write NAME=VALUE"),
-        (("--concession", "2"), "give a part below 1"),
+        (("--concession", "2"), "give a fraction below 1"),
         (("--duration", "2.."), "give both ends in seconds"),
         (("--results", ""), "name a folder"),
         (("--resume", "nowhere"), "allows no other arguments, but --objective is given"),

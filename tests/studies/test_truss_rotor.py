@@ -87,7 +87,7 @@ def test_torque_and_power_are_those_of_the_turning_rotor(layers: dict[str, float
 
 
 def test_a_rotor_needs_a_drum_and_its_force_a_rotor() -> None:
-    with pytest.raises(StudyError, match="motor_inertia is stated without a drum"):
+    with pytest.raises(StudyError, match="motor_inertia is given without a drum"):
         Drive(motor_inertia=2e-6)
     with pytest.raises(StudyError, match="peak-motor-force needs the drive; add motor_inertia"):
         stated(drive=Drive(drum_radius=0.02))

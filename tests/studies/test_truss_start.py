@@ -205,7 +205,7 @@ def test_laws_of_the_paper_fit_between_the_angles() -> None:
     [
         ({"start_deg": 3.0}, "start_deg is 3, but the stowed ring is at 4.4 deg"),
         ({"end_deg": 95.0}, "end_deg is 95, but the ring is open at 90 deg"),
-        ({"start_deg": 50.0, "end_deg": 40.0}, "starts at 50 deg and ends at 40 deg; start before"),
+        ({"start_deg": 50.0, "end_deg": 40.0}, "starts at 50 deg and ends at 40 deg; decrease"),
         (
             {"start_rate_deg_per_s": -1.0},
             "start_rate_deg_per_s is -1.0; give a finite non-negative",
@@ -248,15 +248,18 @@ def test_a_start_too_fast_to_brake_is_refused_with_the_number() -> None:
 @pytest.mark.parametrize(
     ("keys", "sentence"),
     [
-        ({"start_rate_deg_per_s": 1.0, "arm": {}}, "[arm], which is at rest at first, is stated"),
-        ({"end_deg": 80.0, "arm": {}}, "leave end_deg or [arm] out"),
+        (
+            {"start_rate_deg_per_s": 1.0, "arm": {}},
+            "[arm], which is at rest at the start, is given",
+        ),
+        ({"end_deg": 80.0, "arm": {}}, "remove end_deg or [arm]"),
         (
             {"start_rate_deg_per_s": 1.0, "drive": {"rope_stiffness": 900.0}},
-            "drive.rope_stiffness, with which the ring is at rest at first, is stated",
+            "drive.rope_stiffness, for which the ring must be at rest at the start, is given",
         ),
         (
             {"start_rate_deg_per_s": 1.0, "drive": {"start_dwell": 1.0}},
-            "drive.start_dwell is stated; leave one of them out",
+            "drive.start_dwell is given; remove one of them",
         ),
     ],
 )
@@ -310,5 +313,5 @@ def test_a_drive_starts_where_the_rope_is() -> None:
     for kind in ("spline", "hermite"):  # a loop that is under way as well adds no blow
         output = played(course, points, Drive(bandwidth=60.0), kind)
         assert output.peak(2)[0] == pytest.approx(course.peaks[1], rel=2e-2)
-    with pytest.raises(StudyError, match="start_dwell is 1 s, but the motion is under way"):
+    with pytest.raises(StudyError, match="start_dwell is 1 s, but the motion does not start"):
         with_dwells(course, 1.0, 0.0)

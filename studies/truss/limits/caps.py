@@ -86,80 +86,84 @@ class Caps:
         Naming the key, its value and the remedy.
     """
 
-    speed: float | None = optional_key(positive, "rad/s", "most speed of the deployment angle")
+    speed: float | None = optional_key(positive, "rad/s", "maximum speed of the deployment angle")
     acceleration: float | None = optional_key(
-        positive, "rad/s^2", "most acceleration of the deployment angle"
+        positive, "rad/s^2", "maximum acceleration of the deployment angle"
     )
     jerk: float | None = optional_key(
         jerk_cap,
         "rad/s^3",
-        'most jerk of the deployment angle; also "200/T^3", or "bezier" or "step5" for the peak '
-        "of that law; without a cap the acceleration is free at the ends",
+        'maximum jerk of the deployment angle; also "200/T^3", or "bezier" or "step5" for the '
+        "peak of that law; without a cap the acceleration is free at the ends",
     )
-    rope_speed: float | None = optional_key(positive, "m/s", "most speed of one rope")
+    rope_speed: float | None = optional_key(positive, "m/s", "maximum speed of one rope")
     rope_acceleration: float | None = optional_key(
-        positive, "m/s^2", "most acceleration of one rope"
+        positive, "m/s^2", "maximum acceleration of one rope"
     )
     rope_jerk: float | None = optional_key(
-        positive, "m/s^3", "most jerk of one rope; with it the acceleration is zero at the ends"
+        positive,
+        "m/s^3",
+        "maximum jerk of one rope; with this cap the acceleration is zero at the ends",
     )
-    force: float | None = optional_key(positive, "N", "most force of the motor on each rope")
-    power: float | None = optional_key(positive, "W", "most power of both motors, at the ropes")
+    force: float | None = optional_key(positive, "N", "maximum force of the motor on each rope")
+    power: float | None = optional_key(positive, "W", "maximum power of both motors, at the ropes")
     motor_force: float | None = optional_key(
-        positive, "N", "most force of the motor, its rotor included; needs drive.motor_inertia"
+        positive, "N", "maximum force of the motor, including its rotor; needs drive.motor_inertia"
     )
     motor_speed: float | None = optional_key(
-        positive, "rad/s", "most speed of one motor's shaft; needs drive.drum_radius"
+        positive, "rad/s", "maximum speed of one motor's shaft; needs drive.drum_radius"
     )
     motor_torque: float | None = optional_key(
-        positive, "N m", "most torque of one motor's shaft; needs drive.drum_radius"
+        positive, "N m", "maximum torque of one motor's shaft; needs drive.drum_radius"
     )
-    reaction: float | None = optional_key(positive, "N", "most reaction on the supporting arm")
+    reaction: float | None = optional_key(positive, "N", "maximum reaction on the supporting arm")
     residual_energy: float | None = optional_key(
         positive,
         "J",
-        "most energy left in the arm and the open ring; 1e-6 where an arm is stated and this "
-        "energy is no objective",
+        "maximum residual energy of the arm and the open ring; 1e-6 if an arm is given and this "
+        "energy is not an objective",
     )
     wheel_torque: float | None = optional_key(
-        positive, "N m", "most moment about the arm's root that a held satellite takes; needs [arm]"
+        positive, "N m", "maximum moment about the arm's root on a held satellite; needs [arm]"
     )
     wheel_momentum: float | None = optional_key(
-        positive, "N m s", "most angular momentum that its wheels take; needs [arm]"
+        positive, "N m s", "maximum angular momentum of its wheels; needs [arm]"
     )
     least_tension: float = key(
         _tension,
         "N",
-        "least tension of every rope segment; a rope only pulls",
+        "minimum tension of every rope segment; a rope only pulls",
         default=0.0,
         flags=(Flag("--least-tension"),),
     )
     far_end_tension: float | None = optional_key(
-        positive, "N", "most tension of the rope's last segment, at its fixed end"
+        positive, "N", "maximum tension of the rope's last segment, at its fixed end"
     )
     bar_force: float | None = optional_key(
-        positive, "N", "most push or pull in a link or cross-bar"
+        positive, "N", "maximum push or pull in a link or cross-bar"
     )
     buckling_load: float | None = optional_key(
         positive,
         "",
-        "most push in a bar as part of its buckling load; needs truss.elastic_modulus",
+        "maximum push in a bar as a fraction of its buckling load; needs truss.elastic_modulus",
         (Flag("--buckling-cap"),),
     )
     link_reversal: float | None = optional_key(
         positive,
         "N",
-        "most of the smaller of the largest push and the largest pull of a link, whose play it "
-        "crosses in between; the result is held against it, but no motion is sought for it",
+        "maximum reversal of a link: the smaller of its largest push and its largest pull, "
+        "between which it crosses its play; the result is checked, but the solver does not use "
+        "this cap",
         (Flag("--reversal-cap"),),
     )
     factored_force: float | None = optional_key(
-        positive, "N", "most force that the motor must be able to pull for the margins; needs them"
+        positive, "N", "maximum motor force that the margins need; needs [margin]"
     )
     stall_force: float | None = optional_key(
         positive,
         "N",
-        "most stall force needed for the margins; margin.keep states that of the motor",
+        "maximum stall force that the margins need; margin.keep sets it to the stall force of the "
+        "motor",
     )
 
     def __post_init__(self) -> None:
@@ -231,26 +235,26 @@ def check_stated(
         if needed in ("margin", "available"):
             if margin is None:
                 raise StudyError(
-                    f"{words} needs the margins; state [margin] in the study, or --margin "
+                    f"{words} needs the margins; give [margin] in the study, or --margin "
                     f"{next(iter(PRESETS))}"
                 )
             if needed == "available" and not _has_a_motor(margin, drive):
                 raise StudyError(
-                    f"{words} needs what the motor has; state margin.available, or force, "
+                    f"{words} needs the force of the motor; give margin.available, or force, "
                     "motor_torque or torque_speed of the drive"
                 )
         elif needed == "arm":
             if arm is None:
                 raise StudyError(
-                    f"{words} needs the arm; state [arm] in the study, or --arm with the file of "
-                    "an arm study"
+                    f"{words} needs the arm; give [arm] in the study, or --arm with the file of an "
+                    "arm study"
                 )
             name = CAPPED[quantity]
             if name.startswith("wheel") and words.startswith("caps") and arm.satellite_inertia:
                 raise StudyError(
                     f"{words} is {getattr(caps, name):g}, but the satellite of "
-                    f"{arm.satellite_inertia:g} kg m^2 is free to turn and its wheels take "
-                    "nothing; leave it or arm.satellite_inertia out"
+                    f"{arm.satellite_inertia:g} kg m^2 is free to turn, so its wheels take "
+                    "nothing; remove it or arm.satellite_inertia"
                 )
         elif needed and (drive is None or not getattr(drive, needed)):
             raise StudyError(

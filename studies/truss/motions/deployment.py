@@ -55,7 +55,7 @@ CLOSE = 0.4  # of the spacing: rows closer than this to a kink give way to it
 COLUMNS = {
     "time": ("s", "since the start"),
     "rope_length": ("m", "length of one driving rope"),
-    "rope_speed": ("m/s", "rate of that length, negative while the rope is hauled in"),
+    "rope_speed": ("m/s", "rate of that length, negative while the rope is wound in"),
     "rope_acceleration": ("m/s^2", "rate of the rope's speed"),
     "motor_force": ("N", "force of the motor on one rope"),
     "far_end_tension": ("N", "tension of the rope's last segment"),

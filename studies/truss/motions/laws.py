@@ -109,7 +109,7 @@ def law_of_result(result: Result) -> Law:
     """
     columns = {name: series.values for name, series in result.arrays.items()}
     if "angle" not in columns:
-        raise StudyError("the result has no profile to draw; run its study again")
+        raise StudyError("the result contains no profile to draw; run its study again")
     return stored_law(columns)
 
 

@@ -148,7 +148,7 @@ def test_contradictory_bounds_are_refused_with_what_works(
     [
         ({"design": {"free": ["lnk"]}}, "did you mean link"),
         ({"design": {"free": ["link", "link"]}}, "names link twice"),
-        ({"design": {"range": 1.5}}, r"design.range is 1.5; give a part below 1"),
+        ({"design": {"range": 1.5}}, r"design.range is 1.5; give a fraction below 1"),
         ({"design": {"strok": 5}}, "did you mean design.stroke"),
         ({"minimise": "energy"}, "minimises one of peak-force, peak-factored-force"),
         ({"minimise": "peak-factored-force"}, "needs the margins"),

@@ -177,5 +177,5 @@ def test_a_yielding_rope_is_hauled_in_by_its_tension() -> None:
 
 def test_a_ramp_longer_than_the_motion_bears_is_refused() -> None:
     drive = Drive(rope_stiffness=2e4, tension_ramp=3.0)
-    with pytest.raises(StudyError, match=r"takes 10 s; state at most 2\.5 s"):
+    with pytest.raises(StudyError, match=r"takes 10 s; give at most 2\.5 s"):
         stretched(rope_course(law().profile, DYNAMIC_SET), DYNAMIC_SET, drive)

@@ -57,16 +57,16 @@ def test_the_curve_is_kept_where_no_share_is_above_one() -> None:
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"efficiency": 1.2}, "give a part of at most 1"),
+        ({"efficiency": 1.2}, "give a fraction of at most 1"),
         ({"rope_diameter": 0.003}, "belong together"),
         ({"rope_diameter": 0.003, "layer_turns": 0.5}, "has at least 1 turn"),
         ({"rope_diameter": 0.05, "layer_turns": 5}, "at least half the diameter"),
         ({"drum_radius": "none", "motor_torque": 1.0}, "add drum_radius"),
         ({"torque_speed": [[0, 1], [10]]}, "give corners such as"),
         ({"torque_speed": 3}, "give corners such as"),
-        ({"torque_speed": [[0, 1], [10, 1.5]]}, "rises or has a dent at 0 rad/s"),
-        ({"torque_speed": [[0, 3], [10, 1], [20, 0.5]]}, "has a dent at 10 rad/s"),
-        ({"torque_speed": [[10, 3], [10, 1]]}, "let speeds rise"),
+        ({"torque_speed": [[0, 1], [10, 1.5]]}, "is not at 0 rad/s"),
+        ({"torque_speed": [[0, 3], [10, 1], [20, 0.5]]}, "is not at 10 rad/s"),
+        ({"torque_speed": [[10, 3], [10, 1]]}, "give increasing speeds"),
         ({"torque_speed": [[0, 0], [10, 0]]}, "no torque or no speed"),
     ],
 )

@@ -45,9 +45,13 @@ def test_times_of_a_step_have_the_digits_of_the_step(
     ("flag", "value", "said"),
     [
         # the table would last as long as its step, and the motion with it
-        ("--step", 100, "the step of the table is 100 s, but the motion lasts 4 s; take a shorter"),
-        ("--step", 1e-7, "steps of 1e-07 s make 4e+07 points of a motion of 4 s, and a table may"),
-        ("--points", 10**8, "100000000 points are more than a table may have, 2e+06; take fewer"),
+        ("--step", 100, "the step of the table is 100 s, but the motion lasts 4 s; give a shorter"),
+        ("--step", 1e-7, "steps of 1e-07 s make 4e+07 points of a motion of 4 s, but a table may"),
+        (
+            "--points",
+            10**8,
+            "100000000 points are too many for a table, which may have up to 2e+06; give fewer",
+        ),
     ],
 )
 def test_a_step_fits_the_motion(
@@ -317,7 +321,7 @@ def test_a_drum_of_several_layers_gets_its_turn(
     assert Drum(0.02, 0.003, 10).rope_at(np.array([turn]))[0] == pytest.approx(6.60987, abs=1e-5)
     # lengths of rope are no counts of it
     assert export(folder, *words, "--signal", "rope") == 2
-    assert "export the drum's turn with --signal drum" in complaint(capsys)
+    assert "export the turn of the drum with --signal drum" in complaint(capsys)
 
 
 @pytest.mark.slow
@@ -367,7 +371,7 @@ def test_caps_of_the_study_that_a_table_exceeds_are_said_first(
 @pytest.mark.parametrize(
     ("words", "answer"),
     [
-        (("--to", "galil"), "state drive.counts"),
+        (("--to", "galil"), "give drive.counts"),
         (("--to", "pvt", "--step", "0"), "--step is 0; give a finite positive number"),
         (("--to", "pvt", "--step", "1", "--points", "9"), "both stated"),
         (("--to", "pvt", "--signal", "elbow"), "this result has rope, angle, drum"),

@@ -185,9 +185,9 @@ def test_a_device_that_cannot_hold_the_motion_says_what_would_do(slow: Result) -
     short_steps = Drive(drum_radius=0.02, counts=65536, longest_segment=0.5)
     with pytest.raises(StudyError, match=r"longest_segment is 0\.5 s; a buffer of 285 would do"):
         tabulated(course, TABLES["galil"], short_steps, Spacing())
-    with pytest.raises(StudyError, match=r"4\.2 counts only; 48 counts a turn would do"):
+    with pytest.raises(StudyError, match=r"4\.2 counts; give at least 48 counts for each turn"):
         tabulated(course, TABLES["galil"], Drive(drum_radius=0.5, counts=2), Spacing())
-    with pytest.raises(StudyError, match=r"state drive\.counts"):
+    with pytest.raises(StudyError, match=r"give drive\.counts"):
         _ = tabulated(course, TABLES["ethercat"], Drive(), Spacing()).counts
 
 

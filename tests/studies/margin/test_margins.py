@@ -164,7 +164,7 @@ def test_a_measured_curve_is_a_further_load(tmp_path: Path) -> None:
     fine = MarginRequirements(resistance=dense)
     # 40 cubic pieces of 0.04 rad: a fourth of h^2 f'' at a top of the curve
     assert 0 < thinning_error(fine.resistance) < 0.25 * (1.53 / (MOST_ROWS - 1)) ** 2 * 25
-    assert "taken at 40 angles" in sentences(travel(fine)[0])[-1]
+    assert "used at 40 angles" in sentences(travel(fine)[0])[-1]
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,7 @@ def test_a_measured_curve_is_a_further_load(tmp_path: Path) -> None:
     [
         ({"factors": {"inertia": 0.9}}, "margin.factors.inertia is 0.9; an uncertainty factor"),
         ({"factors": {"spring": 1.1}}, "unknown key margin.factors.spring; did you mean"),
-        ({"derating": {"voltage": 1.1}}, "margin.derating.voltage is 1.1; derating leaves"),
+        ({"derating": {"voltage": 1.1}}, "margin.derating.voltage is 1.1; a derating factor"),
         ({"preset": "ecss"}, "margin.preset is 'ecss'"),
         ({"cases": {"cold": {"crank": 0.2}}}, "unknown key margin.cases.cold.crank"),
         ({"cases": {"cold": {"factors": {"net": 0.5}}}}, "an uncertainty factor"),
@@ -188,7 +188,7 @@ def test_margins_that_cannot_be_are_refused(keys, said) -> None:
 
 
 def test_a_curve_that_ends_inside_the_travel_is_refused() -> None:
-    with pytest.raises(StudyError, match="measure all of it"):
+    with pytest.raises(StudyError, match="measure the whole travel"):
         travel(MarginRequirements(resistance=[[0.5, 1.0], [1.6, 2.0]]))
 
 
@@ -217,9 +217,9 @@ def test_a_study_with_margins_comes_back_from_its_file(tmp_path: Path, capsys) -
     assert read_margin("aiaa-s-114") == {"preset": "aiaa-s-114"}
     words = ["truss", "--objective", "peak-factored-force", "--duration", "10"]
     assert main([*words, "--margin", "ecss"]) == ExitCode.BAD_INPUT
-    assert "no preset and no file; presets are aiaa-s-114" in capsys.readouterr().err
+    assert "neither a preset nor a file; use a preset (aiaa-s-114" in capsys.readouterr().err
     assert main(words) == ExitCode.BAD_INPUT
-    assert "needs the margins; state [margin]" in capsys.readouterr().err
+    assert "needs the margins; give [margin]" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -104,7 +104,9 @@ def test_kept_margins_are_a_cap_that_comes_back_from_its_file() -> None:
 
 
 def test_margins_need_a_motor_to_be_kept() -> None:
-    with pytest.raises(StudyError, match=r"margin.keep needs what the motor has; state margin.av"):
+    with pytest.raises(
+        StudyError, match=r"margin.keep needs the force of the motor; give margin.av"
+    ):
         stated("energy", drive=None)
     with pytest.raises(StudyError, match="peak-stall-force needs the margins"):
         stated("peak-stall-force", margin=None)
@@ -148,7 +150,7 @@ def test_the_largest_margin_is_that_of_a_plain_collocation(drive, mass: float) -
     assert result.value("peak-stall-force") == pytest.approx(plain, rel=1e-4)
     if mass == 0.0:
         assert STALL - result.value("peak-stall-force") == pytest.approx(1.51, abs=0.01)
-        assert any("1.511 N to spare" in remark for remark in result.remarks)
+        assert any("1.511 N more than needed" in remark for remark in result.remarks)
     margins = {check.name: check for check in result.checks if "margin" in check.name}
     assert margins["static margin (least)"].value > 1.0
     assert margins["dynamic margin (least)"].value > 0.25

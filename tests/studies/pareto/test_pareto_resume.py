@@ -22,7 +22,7 @@ RESUME = ("pareto", "truss", "--no-figures", "--resume")
     [
         # within a search, between two points, and while a point is solved
         (
-            "an end of the front: Ring truss, 24 modules, mu = 0, T from 4 to 6 s: least peak",
+            "an end of the front: Ring truss, 24 modules, mu = 0, T from 4 to 6 s: minimum peak",
             signal.SIGKILL,
             -signal.SIGKILL,
             0,
