@@ -11,11 +11,11 @@ ARM = Mechanism(
     model=(
         "Two slender links with a joint at the root and one between them; the antenna is a "
         "particle at the tip. Motions are found on a reduced model with a few elastic coordinates "
-        "and replayed on the full one of ANCF beam elements, section III of the paper.",
+        "and replayed on the full model of ANCF beam elements, section III of the paper.",
     ),
     limits=(
-        "The arm moves in a plane, without gravity. Its joints have no play and no friction unless "
-        "the study says so.",
+        "The arm moves in a plane, without gravity. Its joints have no play and no friction "
+        "unless the study gives them.",
     ),
     parameters="studies.arm.report.parameters:parameters_of",
     page="studies.common.scene.links",
@@ -24,9 +24,9 @@ ARM = Mechanism(
 SOLVE = Study(
     name="arm solve",
     kind="arm",
-    summary="a motion of the supporting arm that leaves it still",
-    description="Finds a motion of the flexible arm that rests at both ends, elastic coordinates "
-    "included, and replays it on the full ANCF model, as it does the paper's laws.",
+    summary="a motion of the supporting arm without residual vibration",
+    description="Finds a motion of the flexible arm that is at rest at both ends, including the "
+    "elastic coordinates, and replays it and the paper's laws on the full ANCF model.",
     keys={"": "studies.arm.config:ArmStudy"},
     state="studies.arm.config:as_dictionary",
     check="studies.arm.study:check",
@@ -43,9 +43,9 @@ BASELINES = replace(
     SOLVE,
     name="arm baselines",
     kind="arm-baselines",
-    summary="for each law an optimum of no higher peak torque",
-    description="Replays the paper's laws, a linear torque and shaped ones, and finds for each an "
-    "optimum of no higher peak torque.",
+    summary="an optimum for each law, with no higher peak torque",
+    description="Replays the paper's laws, a linear torque and shaped torques, and finds for each "
+    "an optimum with no higher peak torque.",
     keys={"": "studies.arm.config:BaselinesStudy"},
     folder="arm-{0.stage}-{0.drive}",
     files=None,
@@ -55,9 +55,9 @@ LEAST_DURATION = replace(
     BASELINES,
     name="arm least-duration",
     kind="arm-least-duration",
-    summary="least durations that leave the arm still, of the optimum and each law",
-    description="Finds the least durations of the optimum and of each law that leave at most 1e-6 "
-    "J under the Bezier law's peak torque.",
+    summary="minimum durations without residual vibration, of the optimum and each law",
+    description="Finds the minimum durations of the optimum and of each law with a residual energy "
+    "of at most 1e-6 J, under the peak torque of the Bezier law.",
     keys={"": "studies.arm.config:LeastDurationStudy"},
     folder="arm-{0.stage}-least",
 )
@@ -66,8 +66,8 @@ SEQUENCE = replace(
     name="arm sequence",
     kind="arm-sequence",
     summary="big arm, locked dwell and small arm as one problem",
-    description="States both stages and the lock between them as one problem whose times are free: "
-    "least common peak torque in a total time, or least time under a torque cap.",
+    description="Solves both stages and the lock between them as one problem with free times: "
+    "minimum common peak torque in a total time, or minimum time under a torque cap.",
     keys={"": "studies.arm.config:SequenceStudy"},
     folder="arm-sequence-{0.least}",
     sweep=Swept(),
@@ -76,11 +76,11 @@ TRADE_OFF = replace(
     BASELINES,
     name="pareto arm",
     kind="pareto-arm",
-    summary="what less of one quantity of the arm costs in another",
-    description="Finds the front of two of duration, residual energy, peak torque and deflection "
-    "of the arm: the least of one under each limit on the other, from both ends, with prices, knee "
-    "and gaps. Every point was replayed on the full model, and leaves it still where the residual "
-    "energy is not traded.",
+    summary="the trade-off between two quantities of the arm (Pareto front)",
+    description="Finds the Pareto front of two of duration, residual energy, peak torque and "
+    "deflection of the arm: the minimum of one under each limit on the other, from both ends, "
+    "with shadow prices, knee point and gaps. Every point is replayed on the full model, and its "
+    "residual energy is within the allowed one if it is not one of the two.",
     keys={"": "studies.arm.trade_off:TradeOffStudy"},
     folder="arm-{0.stage}-trade-off",
     sweep=Swept(coarse={"coarse": True}, seconds=(300.0, 100.0)),
@@ -89,11 +89,12 @@ ROBUST = replace(
     BASELINES,
     name="robust arm",
     kind="robust",
-    summary="a motion of the arm that withstands a spread of stiffness or tip mass",
-    description="Finds the motion of least peak torque of one arm, and two that leave arms of "
-    "other stiffness (torque drive) or stiffness and tip mass (angle drive) as still as can be: "
-    "with a tenth more peak torque, and with no more. Replays all over the spread. Exit code 5 if "
-    "a tenth more torque brings the worst residual neither to a fifth nor to 2.5e-7 J.",
+    summary="a motion of the arm for a range of stiffness or tip mass",
+    description="Finds the motion of minimum peak torque for one arm, and two motions with the "
+    "minimum worst residual energy for arms of other stiffness (torque drive) or stiffness and "
+    "tip mass (angle drive): one with 10 % more peak torque, and one with no more. Replays them "
+    "over the whole range. Exit code 5 if 10 % more torque reduces the worst residual neither to "
+    "a fifth nor to 2.5e-7 J.",
     keys={"": "studies.arm.config:RobustStudy"},
     folder="arm-robust-{0.stage}-{0.drive}",
 )

@@ -57,7 +57,7 @@ def _count(most: int) -> Reader:
 
 def _angle(joint: str, when: str) -> Any:
     """The key of an angle of a joint."""
-    meaning = f"angle of the {joint} at the {when}, instead of the stage's own"
+    meaning = f"angle of the {joint} at the {when}, instead of that of the stage"
     return optional_key(finite, "deg", meaning)
 
 
@@ -65,11 +65,11 @@ def _angle(joint: str, when: str) -> Any:
 class StageStudy:
     """One stage of the deployment: what every question but the sequence states."""
 
-    stage: str = key(choice(STAGES), "", f"what turns: {', '.join(STAGES)}", default="big")
+    stage: str = key(choice(STAGES), "", f"links that turn: {', '.join(STAGES)}", default="big")
     duration: float | None = optional_key(
         TIME,
         "s",
-        "duration of the stage; 8.6 for big and 11.2 for small and both, unless stated",
+        "duration of the stage; by default 8.6 for big and 11.2 for small and both",
     )
     root_start_deg: float | None = _angle("root", "start")
     root_end_deg: float | None = _angle("root", "end")
@@ -106,13 +106,13 @@ class ArmStudy(StageStudy):
     objective: str = key(
         choice(OBJECTIVES),
         "",
-        f"what is least: {', '.join(OBJECTIVES)}; time needs both caps",
+        f"objective to minimise: {', '.join(OBJECTIVES)}; time needs both caps",
         default="smoothest",
     )
     drive: Drive = key(
         choice(DRIVES),
         "",
-        "what is given to the joints until the lock: torque or angle",
+        "input to the joints until the lock: torque or angle",
         default="torque",
     )
     torque_cap: float | None = optional_key(
@@ -120,28 +120,29 @@ class ArmStudy(StageStudy):
     )
     rate_cap: float | None = optional_key(positive, "N m/s", "cap on the rate of these torques")
     latch: float | None = optional_key(
-        positive, "rad", "a joint that misses its end angle by more fails to lock"
+        positive, "rad", "maximum miss of the end angle of a joint with which it still locks"
     )
     residual_energy: float = key(
         positive,
         "J",
-        "energy that the full model may be left with after the lock",
+        "maximum residual energy of the full model after the lock",
         default=RESIDUAL,
     )
     sample_time: float | None = optional_key(
         positive,
         "s",
-        "sample time of the exported profile; unless stated the longest that keeps the residual",
+        "sample time of the exported profile; by default the longest that keeps the residual "
+        "energy",
     )
     pointing_error: float = key(
-        positive, "m", "error of the tip from which it counts as settled", default=1e-4
+        positive, "m", "error of the tip below which it counts as settled", default=1e-4
     )
     satellite_inertia: float | None = key_of(CarryingArm, "satellite_inertia")
     wheel_torque: float | None = optional_key(
-        positive, "N m", "cap on the moment about the root that a held satellite takes"
+        positive, "N m", "cap on the moment about the root on a held satellite"
     )
     wheel_momentum: float | None = optional_key(
-        positive, "N m s", "cap on the angular momentum that its wheels take"
+        positive, "N m s", "cap on the angular momentum of its wheels"
     )
     elements: int = key(
         _count(MOST_ELEMENTS), "", "elements of a link in the full model", default=ELEMENTS
@@ -156,14 +157,14 @@ class ArmStudy(StageStudy):
         if self.sample_time is not None and self.sample_time > self.slew.duration:
             raise StudyError(
                 f"sample_time is {self.sample_time:g} s, more than the stage's "
-                f"{self.slew.duration:g} s; give less"
+                f"{self.slew.duration:g} s; give a shorter one"
             )
         # four coordinates a node of either link, less the six that the two locks fix
         most = 8 * (self.elements + 1) - 6
         if self.modes > most:
             raise StudyError(
                 f"modes is {self.modes}, but the locked arm has {most} with {self.elements} "
-                "elements a link; give no more than these, or more elements"
+                f"elements for each link; give at most {most} modes, or more elements"
             )
 
     def _check_satellite(self) -> None:
@@ -176,19 +177,19 @@ class ArmStudy(StageStudy):
         most = HEAVIEST * self.arm.parameters.root_inertia(0.0)
         if most < H:
             raise StudyError(
-                f"satellite_inertia is {H:g} kg m^2, more than {most:.3g} kg m^2, "
-                f"{HEAVIEST:g} times the straight arm's, which hardly turn; leave it out for a "
+                f"satellite_inertia is {H:g} kg m^2, more than {most:.3g} kg m^2, {HEAVIEST:g} "
+                "times that of the straight arm, a satellite that hardly turns; remove it for a "
                 "satellite that is held"
             )
         if len(self.slew.moving) > 1:
             raise StudyError(
                 f"satellite_inertia is {H:g} kg m^2, but the stage '{self.stage}' turns both "
-                "joints, which is modelled on a held satellite only; give big or small"
+                "joints, for which the model supports only a held satellite; give big or small"
             )
         if self.drive == "angle" and not self.slew.carried:
             raise StudyError(
-                f"satellite_inertia is {H:g} kg m^2, but a root on a given angle is modelled on a "
-                "held satellite only; give drive = torque, or leave satellite_inertia out"
+                f"satellite_inertia is {H:g} kg m^2, but the model of a root with a given angle "
+                "supports only a held satellite; give drive = torque, or remove satellite_inertia"
             )
 
     @cached_property
@@ -221,8 +222,8 @@ class BaselinesStudy(StageStudy):
     def question(self) -> str:
         """What is asked, in one line."""
         return (
-            f"{self.stage} arm in {self.slew.duration:g} s, {self.drive} drive: what does an "
-            "optimum of no higher peak torque leave, beside each law?"
+            f"{self.stage} arm in {self.slew.duration:g} s, {self.drive} drive: residual energy of "
+            "each law and of an optimum with no higher peak torque"
         )
 
 
@@ -239,7 +240,9 @@ class LeastDurationStudy(StageStudy):
     @property
     def question(self) -> str:
         """What is asked, in one line."""
-        return f"{self.stage} arm, {self.drive} drive: the least duration that leaves it still"
+        return (
+            f"{self.stage} arm, {self.drive} drive: the minimum duration without residual vibration"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -247,28 +250,28 @@ class RobustStudy(StageStudy):
     """One motion for a spread of arms: `antenna-ocp robust arm`."""
 
     drive: Drive = key_of(ArmStudy, "drive")
-    points: int = key(_count(MOST_ELEMENTS), "", "arms a side of the grid on B21", default=21)
+    points: int = key(_count(MOST_ELEMENTS), "", "arms on each side of the grid on B21", default=21)
     draws: int = key(
-        whole(0, 10_000_000), "", "arms drawn evenly from the spread, on B21", default=1500
+        whole(0, 10_000_000), "", "arms drawn uniformly from the range, on B21", default=1500
     )
     seed: int = key(whole(0), "", "of the draws", default=1)
     confidence: float = key(confidence, "", "of the interval of a rate", default=0.95)
     allowed_energy: float = key(
-        positive, "J", "energy of an arm after the lock, above which it counts", default=RESIDUAL
+        positive, "J", "residual energy of an arm above which it is counted", default=RESIDUAL
     )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_one_joint("robust", self.slew)
         if self.points < 2:
-            raise StudyError(f"points is {self.points}; give 2 or more arms a side")
+            raise StudyError(f"points is {self.points}; give 2 or more arms on each side")
 
     @property
     def question(self) -> str:
         """What is asked, in one line."""
         return (
-            f"{self.stage} arm in {self.slew.duration:g} s, {self.drive} drive: the motion that "
-            "leaves a spread of arms most still"
+            f"{self.stage} arm in {self.slew.duration:g} s, {self.drive} drive: the motion with "
+            "the minimum residual vibration for a range of arms"
         )
 
 
@@ -283,19 +286,21 @@ class SequenceStudy:
         default="peak-torque",
     )
     total: float = key(positive, "s", "time of both motions", default=PAPER_TOTAL)
-    dwell: float = key(positive, "s", "locked time between them, on top", default=OUR_DWELL)
+    dwell: float = key(
+        positive, "s", "locked time between them, added to the total", default=OUR_DWELL
+    )
     torque_cap: float | None = optional_key(positive, "N m", "cap on the torque of both joints")
     lock_energy: float | None = optional_key(
-        positive, "J", "also a sequence whose first lock may meet this energy instead of rest"
+        positive, "J", "also a sequence with up to this energy, instead of rest, at the first lock"
     )
     residual_energy: float = key(
-        positive, "J", "energy that each lock may leave on the full model", default=RESIDUAL
+        positive, "J", "maximum residual energy after each lock on the full model", default=RESIDUAL
     )
     sample_time: float | None = key_of(ArmStudy, "sample_time")
     seconds: float = key(
         positive,
         "s",
-        "that the search may take; the best until then is kept",
+        "maximum time of the search; the best motion found so far is kept",
         default=SEQUENCE_SECONDS,
     )
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
@@ -303,18 +308,18 @@ class SequenceStudy:
     def __post_init__(self) -> None:
         check(self)
         if self.least == "time" and self.torque_cap is None:
-            raise StudyError("the least time of a sequence needs torque_cap; give one in N m")
+            raise StudyError("the minimum time of a sequence needs torque_cap; give it in N m")
         if self.least != "time" and self.torque_cap is not None:
             raise StudyError(
-                f"torque_cap is {self.torque_cap:g}, but the torque itself is least; leave it out "
-                "or ask for the least time"
+                f"torque_cap is {self.torque_cap:g}, but the objective is the torque itself; "
+                "remove torque_cap, or minimise the time"
             )
 
     @property
     def question(self) -> str:
         """What is asked, in one line."""
         least = self.least.replace("-", " ")
-        return f"big arm, {self.dwell:g} s locked, small arm: least {least}, rest at each lock"
+        return f"big arm, {self.dwell:g} s locked, small arm: minimum {least}, rest at each lock"
 
 
 def check_wheels(study: Any) -> None:

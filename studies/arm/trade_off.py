@@ -30,9 +30,9 @@ def _objectives(name: str, value: Any) -> tuple[str, ...]:
     names: tuple[str, ...] = keys.objectives(TRADED, TRADED)(name, value)
     if names == ("time", RESIDUAL_ENERGY):
         raise StudyError(
-            f"{name} has time and residual-energy, between which nothing is traded: an arm comes "
-            "to rest in any duration; give one of them together with peak-torque or deflection, or "
-            "sweep the duration of antenna-ocp arm solve"
+            f"{name} has time and residual-energy, between which there is no trade-off: an arm can "
+            "come to rest in any duration; give one of them together with peak-torque or "
+            "deflection, or sweep the duration of antenna-ocp arm solve"
         )
     return names
 
@@ -45,23 +45,24 @@ class TradeOffStudy(StageStudy):
         _objectives,
         "",
         f"two out of {', '.join(TRADED)}: the first in this order is limited, the other one is "
-        "least",
+        "minimised",
         default=("time", "peak-torque"),
     )
     points: int | None = optional_key(
-        whole(3, 200), "", f"about so many on the front, {FRONT_POINTS} unless stated"
+        whole(3, 200), "", f"approximate number of points of the front; by default {FRONT_POINTS}"
     )
     range: Any = optional_key(
         two_limits,
         "",
-        "lowest and highest limit, in s, J or N m; unless stated, what is of interest",
+        "lowest and highest limit, in s, J or N m; by default the range of interest",
     )
     coarse: bool = key(boolean, "", "a sketch: few points", default=False)
     residual_energy: float | None = optional_key(
         positive,
         "J",
-        "energy up to which the arm counts as still: every motion leaves no more, and where "
-        f"residual-energy is traded its limits begin there; {RESIDUAL:g} unless stated",
+        "residual energy up to which the arm counts as at rest: that of every motion is at most "
+        "this, and if residual-energy is one of the two, its limits begin there; by default "
+        f"{RESIDUAL:g}",
     )
 
     def __post_init__(self) -> None:
@@ -70,8 +71,8 @@ class TradeOffStudy(StageStudy):
         if self.limited == RESIDUAL_ENERGY and self.range and self.range[0] < self.still:
             raise StudyError(
                 f"range begins at {self.range[0]:g} J, but up to residual_energy, {self.still:g} "
-                "J, the arm counts as still, and there is nothing to trade; begin it there, or "
-                "state a lower residual_energy"
+                "J, the arm counts as at rest; begin the range there, or give a lower "
+                "residual_energy"
             )
 
     @property

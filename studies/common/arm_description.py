@@ -29,10 +29,10 @@ class ArmDescription:
     """
 
     big_length: float = key(LENGTH, "m", "length of the big arm, from the paper", default=3.0)
-    big_diameter: float = key(SECTION, "m", "outer one of its tube", default=0.060)
+    big_diameter: float = key(SECTION, "m", "outer diameter of its tube", default=0.060)
     big_wall: float = key(SECTION, "m", "thickness of its wall", default=0.002)
     small_length: float = key(LENGTH, "m", "length of the small arm, from the paper", default=2.0)
-    small_diameter: float = key(SECTION, "m", "outer one of its tube", default=0.050)
+    small_diameter: float = key(SECTION, "m", "outer diameter of its tube", default=0.050)
     small_wall: float = key(SECTION, "m", "thickness of its wall", default=0.0015)
     modulus: float = key(positive, "Pa", "Young's modulus of both tubes", default=ASSUMED_MODULUS)
     density: float = key(DENSITY, "kg/m^3", "density of both tubes", default=ASSUMED_DENSITY)
@@ -48,11 +48,14 @@ class ArmDescription:
     hub_inertia: float = key(
         limited(not_negative),
         "kg m^2",
-        "inertia that turns with the big arm, such as a drive's",
+        "inertia that turns with the big arm, such as that of a drive",
         default=0.0,
     )
     damping_ratio: float = key(
-        not_negative, "", "internal damping over critical at damping_frequency", default=0.0
+        not_negative,
+        "",
+        "internal damping relative to critical damping at damping_frequency",
+        default=0.0,
     )
     damping_frequency: float = key(
         positive, "Hz", "frequency at which damping_ratio holds", default=1.0

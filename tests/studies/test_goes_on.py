@@ -41,7 +41,7 @@ STOPPED = {
     "flex": ("--preset big-arm", "speed x 4", signal.SIGKILL, 2),
     "turn": ("", "a second solve, ", signal.SIGKILL, 1),
     "paper": ("", "small arm", signal.SIGINT, 5),
-    "arm baselines": ("--stage small", "the full model is left with", signal.SIGKILL, 8),
+    "arm baselines": ("--stage small", "residual energy on the full model", signal.SIGKILL, 8),
     "arm least-duration": ("--stage small", "optimum in ", signal.SIGKILL, 2),
 }
 

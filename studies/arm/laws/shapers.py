@@ -90,7 +90,8 @@ def shaper_note(stage: Stage, drive: Drive) -> str:
         return f"shapers: the frequency with the joint free, {max(free):.4g} Hz"
     return (
         f"shapers: the frequency with the joint free varies between {min(free):.3g} and "
-        f"{max(free):.3g} Hz along the stage; taken is the constant that leaves least on B21"
+        f"{max(free):.3g} Hz along the stage; the shaper uses the constant with the minimum "
+        "residual energy on B21"
     )
 
 

@@ -148,16 +148,16 @@ def _second(place: Any, arm: ArmPhase) -> Any:
 
 OBJECTIVES: dict[str, Objective] = {
     "smoothest": Objective("smoothest torque", smoothness, 0.0),
-    "peak-torque": Objective("least peak torque", peak_torque),
+    "peak-torque": Objective("minimum peak torque", peak_torque),
     "peak-tip-acceleration": Objective(
-        "least peak acceleration of the tip", tip_acceleration, power=2
+        "minimum peak acceleration of the tip", tip_acceleration, power=2
     ),
-    "energy": Objective("least energy (mean square torque)", energy),
+    "energy": Objective("minimum energy (mean square torque)", energy),
     "time": Objective("least time", lambda arm: arm.phase.duration / arm.stage.duration),
-    "peak-root-reaction": Objective("least peak force at the root", root_reaction, power=2),
-    "peak-root-moment": Objective("least peak moment about the root", peak_root_moment),
-    "peak-root-momentum": Objective("least peak angular momentum at the root", peak_momentum),
-    "deflection": Objective("least peak elastic deflection", deflection),
+    "peak-root-reaction": Objective("minimum peak force at the root", root_reaction, power=2),
+    "peak-root-moment": Objective("minimum peak moment about the root", peak_root_moment),
+    "peak-root-momentum": Objective("minimum peak angular momentum at the root", peak_momentum),
+    "deflection": Objective("minimum peak elastic deflection", deflection),
 }
 
 
@@ -268,7 +268,7 @@ def first_duration(stage: Stage, caps: TorqueCaps) -> float:
     for k in stage.moving:
         cap, rate = caps.torque[k], caps.rate[k]
         if cap is None or rate is None:
-            raise StudyError("least time needs torque_cap and rate_cap; give both")
+            raise StudyError("minimum time needs torque_cap and rate_cap; give both")
 
         turn, ramp = stage.inertia_turns[k], cap / rate
         half = (ramp + np.sqrt(ramp**2 + 4.0 * turn / cap)) / 2.0

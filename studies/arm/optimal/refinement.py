@@ -241,7 +241,7 @@ class _Rounds:
                 solver=self.solver,
             )
         except StudyError as error:
-            self.say(f"this round was given up: {error}")
+            self.say(f"this round ended without a solution: {error}")
             return None
         return self.tried(solved, aim)
 
@@ -304,7 +304,7 @@ def confirmed(candidates: Iterable[Refined], say: Say = unheard) -> Refined:
             return found
         if found.finer is not None:
             finer = most_left(found.finer)
-            say(f"left with {found.left:.2e} J, and {finer:.2e} J on a finer full model")
+            say(f"residual energy {found.left:.2e} J, on a finer full model {finer:.2e} J")
         first = first or found
     assert first is not None
     return first
@@ -354,9 +354,11 @@ def _corrected(
 def _sentence(tried: _TriedMotion) -> str:
     """A line of progress."""
     entry, names = tried.entry, " and ".join(stage.name for stage in tried.motion.stages)
-    weight = f", smoothness at {entry.weight:.2g}" if entry.weight else ""
-    objective = f", {entry.objective:.5g} of the rigid arm's" if entry.weight else ""
+    weight = f", smoothness weight {entry.weight:.2g}" if entry.weight else ""
+    objective = (
+        f", objective {entry.objective:.5g} times that of the rigid arm" if entry.weight else ""
+    )
     return (
-        f"{names}: {entry.intervals} intervals{weight}{objective}: the full model is left with "
-        f"{entry.on_full_model:.2e} J"
+        f"{names}: {entry.intervals} intervals{weight}{objective}: residual energy on the full "
+        f"model {entry.on_full_model:.2e} J"
     )

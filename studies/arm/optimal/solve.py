@@ -172,7 +172,7 @@ def in_words(failure: OcpError | None) -> str:
     if isinstance(failure, NumericalTrouble):
         # the engine's own advice is for who states a problem
         return (
-            "the solver got into numerical trouble; give a longer duration, a more common "
+            "the solver stopped with a numerical error; give a longer duration, a more common "
             "stiffness or mass, or another objective"
         )
     return str(failure)
@@ -199,8 +199,8 @@ def check_bending(stage: Stage) -> None:
     if bent > BEND:
         raise StudyError(
             f"in {stage.duration:g} s the stage '{stage.name}' would bend a link by about "
-            f"{bent:.2g} rad, and the reduced model holds up to {BEND:g} rad; give a duration of "
-            f"{np.ceil(10 * stage.duration * (bent / BEND) ** 0.5) / 10:g} s, or a stiffer arm",
+            f"{bent:.2g} rad, and the reduced model is valid up to {BEND:g} rad; give a duration "
+            f"of {np.ceil(10 * stage.duration * (bent / BEND) ** 0.5) / 10:g} s, or a stiffer arm",
             ExitCode.INFEASIBLE,
         )
 
@@ -220,8 +220,8 @@ def check_stiffness(stage: Stage) -> None:
         less = f", or at most {longest:.3g} s" if longest > LEAST_ADVISED else ""
         raise StudyError(
             f"the fastest mode of the arm is at {fastest:.3g} Hz, {fastest * stage.duration:.3g} "
-            f"periods in {stage.duration:g} s, and up to {MOST_PERIODS:g} are resolved; give a "
-            f"lower modulus or thinner tubes{less}"
+            f"periods in {stage.duration:g} s, but the mesh resolves up to {MOST_PERIODS:g}; give "
+            f"a lower modulus or thinner tubes{less}"
         )
 
 
@@ -275,7 +275,7 @@ def _check_wheels(stage: Stage, caps: TorqueCaps) -> None:
     momentum = abs(float(weights @ ((1 - times) * handed(T * times)[ROOT]))) * T
     if caps.momentum is not None and caps.momentum <= momentum:
         raise StudyError(
-            f"wheel_momentum is {caps.momentum:g} N m s, but even a rigid arm hands over more than "
+            f"wheel_momentum is {caps.momentum:g} N m s, but even a rigid arm transfers more than "
             f"{momentum:.4g} N m s in {T:g} s; raise the cap or the duration",
             ExitCode.INFEASIBLE,
         )

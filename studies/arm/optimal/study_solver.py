@@ -85,7 +85,7 @@ class StudySolver:
         left = self.until - clock.monotonic()
         if left <= 0.0:
             raise StudyError(
-                "the seconds of the search are used up; give more --seconds", ExitCode.NOT_SOLVED
+                "the search reached its time limit; give more --seconds", ExitCode.NOT_SOLVED
             )
         return left
 

@@ -148,7 +148,7 @@ def compare(stage: Stage, drive: Drive, limit: float | None, solver: StudySolver
         run = solver.kept.step(law.name, replayed, say=solver.say)
         replays.append(LockedMotion(motion_along(stage, law, drive), run))
         left = replays[-1].residual_energy
-        solver.say(f"{stage.name}, {drive} drive: {law.name} leaves {left:.2e} J")
+        solver.say(f"{stage.name}, {drive} drive: {law.name} has a residual energy of {left:.2e} J")
 
     # still enough for whatever law leaves least
     least = min(replayed.residual_energy for replayed in replays)
@@ -229,7 +229,7 @@ def _result(
         motions = [m for pair in pairs for m in (pair.baseline, pair.optimum) if m is not None]
         latches = [check for motion in motions for check in latch_checks(motion, study.latch)]
 
-    remarks = ["amplitudes are those the first three locked modes can reach together"]
+    remarks = ["amplitudes are the largest that the first three locked modes can reach together"]
     remarks.append(shaper_note(stage, study.drive))
     tightest = pairs[-1]
     if limit is None and tightest.optimum is not None:
@@ -297,7 +297,9 @@ def _quantities(pair: Pair) -> list[Metric]:
         *peaks(optimum, "optimum_"),
         _of_pair("optimum_residual_energy", "optimum: residual energy", "J", left),
         _of_pair("optimum_on_B21", "optimum: residual energy on B21", "J", on_B21),
-        _of_pair("ratio", "optimum's residual over the law's", "1", pair.ratio),
+        _of_pair(
+            "ratio", "residual energy of the optimum relative to that of the law", "1", pair.ratio
+        ),
     ]
 
 
@@ -316,10 +318,16 @@ def _holds(pair: Pair) -> Criterion:
     verdict = "verified" if pair.holds else "FAILED"
     if pair.limit is None:
         value, limit, unit = optimum.residual_energy, FLOOR, "J"
-        what = f"the optimum leaves {value:.2e} J, limit {FLOOR:g} J, near the numerical floor"
+        what = (
+            f"the residual energy of the optimum is {value:.2e} J, limit {FLOOR:g} J, near the "
+            "numerical floor"
+        )
     else:
         value, limit, unit = pair.ratio, pair.limit, "1"
-        what = f"the optimum leaves {value:.2g} of it, limit {limit:g}"
+        what = (
+            f"the residual energy of the optimum is {value:.2g} times that of the law, limit "
+            f"{limit:g}"
+        )
 
     sentence = f"{verdict}: {name}: {what}, at no higher peak torque"
     return Criterion(name, unit, value, limit, pair.holds, sentence)
@@ -328,17 +336,19 @@ def _holds(pair: Pair) -> Criterion:
 def _verdict(pairs: Sequence[Pair], laws: int) -> Verdict:
     if len(pairs) < laws:
         return Verdict(
-            "unverified", f"unverified: stopped with an optimum beside {len(pairs)} of {laws} laws"
+            "unverified", f"unverified: stopped with an optimum for {len(pairs)} of {laws} laws"
         )
     # an optimum whose mesh is too coarse may owe its stillness to the mesh
     if loose := [pair.baseline.motion.name for pair in pairs if not pair.resolved]:
         return Verdict(
             "unverified",
-            f"unverified: beside {' and '.join(loose)} no optimum was found that is still enough "
-            "and that a finer mesh does not change",
+            f"unverified: for {' and '.join(loose)}, no optimum was found whose residual energy "
+            "is small enough and does not change on a finer mesh",
         )
     every = "every" if all(pair.holds for pair in pairs) else "NOT every"
-    return Verdict("local", f"local: {every} optimum is as still as asked, beside its law")
+    return Verdict(
+        "local", f"local: {every} optimum has the required residual energy compared with its law"
+    )
 
 
 def _profiles(

@@ -65,8 +65,8 @@ _PEAK_SAMPLES = 2001  # instants at which the rigid arm's torque is looked at
 class LeastDuration:
     """Least duration [s] found, None if none was; residual [J] and peak torque [N m] there.
 
-    `lowest` is the least residual seen under the cap [J]: by the scan on B21, or on the full model
-    where that was asked.
+    `lowest` is the minimum residual energy found under the cap [J]: by the scan on B21, or on the
+    full model where that was asked.
     """
 
     name: str
@@ -173,7 +173,9 @@ def _tried(
     except StudyError as error:
         console.progress(f"{stage.duration:.4g} s: {error}")
         return _TriedDuration(None)
-    console.progress(f"optimum in {stage.duration:.4g} s leaves {done.residual_energy:.2e} J")
+    console.progress(
+        f"optimum in {stage.duration:.4g} s: residual energy {done.residual_energy:.2e} J"
+    )
     if not passes(done, cap):
         return _TriedDuration(None)
     return _TriedDuration(_least(OPTIMUM, done), motion.intervals)
@@ -210,7 +212,7 @@ def _first_that_passes(
         except (StudyError, ModelError) as error:
             say(str(error))
             return None
-        say(f"{name} in {duration:.5g} s leaves {done.residual_energy:.2e} J")
+        say(f"{name} in {duration:.5g} s: residual energy {done.residual_energy:.2e} J")
         seen.append(done.residual_energy)
         return done
 
@@ -288,7 +290,7 @@ def first_pass(
     window: tuple[float, float, float],
     cap: float,
 ) -> LockedMotion | None:
-    """Replay at the least duration found to pass about a dip, None if none does.
+    """Replay at the minimum duration found to pass about a dip, None if none does.
 
     Near a dip the residual is a parabola of the duration: its bottom is found from three points.
     """
@@ -337,7 +339,7 @@ def _least(name: str, done: LockedMotion, lowest: float = float("nan")) -> Least
 def find_least_durations(
     study: LeastDurationStudy, console: Console, kept: FinishedSteps
 ) -> Result:
-    """The least durations of the optimum and of every baseline."""
+    """The minimum durations of the optimum and of every baseline."""
     stage, drive = study.slew, study.drive
     cap = torque_cap(stage, drive)
     durations = least_durations(stage, drive, cap, console, kept)
@@ -347,10 +349,10 @@ def find_least_durations(
     stopped = durations[0].name != OPTIMUM
     best, others = (None, durations) if stopped else (durations[0].duration, durations[1:])
     remarks = [
-        f"each leaves at most {RESIDUAL:g} J on the full ANCF model under {cap:.5g} N m: the "
-        f"Bezier law's peak torque in {stage.duration:g} s, {drive} drive",
-        "what a law leaves falls and rises with its duration: a baseline's is the first found "
-        "that passes, often a narrow dip",
+        f"each has a residual energy of at most {RESIDUAL:g} J on the full ANCF model under "
+        f"{cap:.5g} N m, the peak torque of the Bezier law in {stage.duration:g} s, {drive} drive",
+        "the residual energy of a law rises and falls with its duration; for a baseline the first "
+        "duration found that passes is listed, often in a narrow minimum",
     ]
     if not stopped:
         remarks += [f"{other.name}: {_beside(best, other)}" for other in others]
@@ -374,28 +376,37 @@ def find_least_durations(
 def _quantities(law: LeastDuration) -> list[Metric]:
     duration = math.nan if law.duration is None else law.duration
     return [
-        Metric("duration", "least duration", "s", duration),
+        Metric("duration", "minimum duration", "s", duration),
         Metric("residual_energy", "residual energy", "J", law.residual),
         Metric("peak_torque", "peak torque", "N m", law.torque),
-        Metric("lowest_residual", "least residual seen under the cap", "J", law.lowest, "neither"),
+        Metric(
+            "lowest_residual",
+            "minimum residual energy found under the cap",
+            "J",
+            law.lowest,
+            "neither",
+        ),
     ]
 
 
 def _verdict(best: float | None, others: list[LeastDuration]) -> Verdict:
     if best is None:
-        return Verdict("unverified", "unverified: no optimum was found that is still enough")
+        return Verdict(
+            "unverified", "unverified: no optimum was found whose residual energy is small enough"
+        )
     if any(other.duration is not None and other.duration < best for other in others):
         return Verdict("unverified", "unverified: a law of the paper needs less time")
     return Verdict(
-        "local", "local: the optimum needs the least time of all, on the meshes and scans tried"
+        "local",
+        "local: the optimum has the shortest duration of all, on the meshes and scans tried",
     )
 
 
 def _beside(best: float | None, baseline: LeastDuration) -> str:
     """How a baseline compares with the optimum, in words."""
     if baseline.duration is None:
-        longest = f"none found up to {LONGEST_SCANNED:g} times the stage"
-        return f"{longest}; least seen {number(baseline.lowest, 2)} J"
+        longest = f"none found up to {LONGEST_SCANNED:g} times the duration of the stage"
+        return f"{longest}; minimum found {number(baseline.lowest, 2)} J"
     if best is None:
         return "NOT beaten: no optimum found"
     gain = 100.0 * (1.0 - best / baseline.duration)

@@ -197,10 +197,9 @@ def _column_of_optimum(
 def _why_long(seconds: float, solver: StudySolver) -> str:
     """Where the processor's seconds of a motion went, and why."""
     return (
-        f"it took {seconds:.0f} s of the processor: {solver.seconds:.0f} s for {solver.count} "
+        f"it took {seconds:.0f} s of processor time: {solver.seconds:.0f} s for {solver.count} "
         "solves on B21, whose accelerations are differentiated twice at every point of the mesh; "
-        "the rest is mostly replays on the full model, where fast modes ring on and keep the steps "
-        "short"
+        "most of the rest is for replays on the full model, whose fast modes require short steps"
     )
 
 
@@ -246,13 +245,13 @@ def duration_to_try(stage: Stage, caps: TorqueCaps) -> str:
     if longer <= stage.duration:
         return "; on the command line: give a longer duration, higher caps or another objective"
     return (
-        f"; under this torque cap a rigid arm takes {longer:.4g} s on the quintic step: give such "
-        "a duration or a higher cap"
+        f"; under this torque cap a rigid arm needs {longer:.4g} s with the quintic step: give "
+        "such a duration or a higher cap"
     )
 
 
 def _baseline(stage: Stage, name: str, drive: Drive, console: Console) -> LockedMotion:
-    console.live(f"{name} beside the optimum")
+    console.live(f"{name}, compared with the optimum")
     return replay_law(stage, unit_law(name, stage.duration), drive)
 
 

@@ -30,8 +30,8 @@ def profile_check(profile: SampledProfile, residual: float, of: str = "") -> Cri
     `of` names the motion where there are several.
     """
     name = (
-        f"the profile{of and f' of {of}'} sampled every {profile.step:.4g} s leaves no more than "
-        "the residual allowed"
+        f"the profile{of and f' of {of}'} sampled every {profile.step:.4g} s has a residual energy "
+        "within the allowed one"
     )
     return verified(name, "J", profile.residual_energy, residual)
 

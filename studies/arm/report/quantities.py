@@ -37,8 +37,8 @@ BALANCE = 1e-3  # of the peak momentum; the trapezoidal rule over 2000 instants 
 DRIFT = 1e-6  # of the largest kinetic energy; the steps' tolerance leaves a hundredth of it
 CAP_EXCESS = 1e-3  # of a cap, by which a torque may exceed it between the points
 ASSUMPTIONS = (
-    "assumed where not stated, not the paper's: CFRP tubes 60 x 2 and 50 x 1.5 mm (E 70 GPa, "
-    "1600 kg/m^3), an antenna of 30 kg as a particle"
+    "assumed unless given, not from the paper: CFRP tubes 60 x 2 and 50 x 1.5 mm (E 70 GPa, 1600 "
+    "kg/m^3), an antenna of 30 kg as a particle"
 )
 
 
@@ -135,7 +135,7 @@ def quantities_of(
         ),
         *_bending(replayed, history, arm),
         Metric("mean_square_torque", "mean square torque", "N^2 m^2", mean_square(replayed)),
-        Metric("work", "work of the drives, nothing recovered", "J", work_drawn(replayed)),
+        Metric("work", "work of the drives, without recovery", "J", work_drawn(replayed)),
         *(
             Metric(f"peak_{joint}_torque", f"peak {joint} torque", "N m", float(peaks[k]))
             for k, joint in enumerate(JOINT_NAMES)
@@ -240,7 +240,7 @@ def _bending(replayed: LockedMotion, history: Loads, arm: ArmDescription) -> lis
 
 def optimum_quantities(motion: OptimalMotion, replayed: LockedMotion) -> list[Metric]:
     """What is known of the optimum alone: its errors, its exact torque, its modes."""
-    title = "residual energy on B21, aimed beside rest"
+    title = "residual energy on B21, with the corrected target"
     entries = [Metric("residual_energy_B21", title, "J", motion.reduced_energy, "neither")]
     if motion.weight:
         entries += _surcharges(motion)
@@ -264,11 +264,11 @@ def _surcharges(motion: OptimalMotion) -> list[Metric]:
     share = 100 * motion.smoothness_share
     entries = [
         Metric("smoothness_weight", "weight of the smoothness", "1", motion.weight, "neither"),
-        Metric("smoothness_share", "share of smoothness in what was minimised", "%", share),
+        Metric("smoothness_share", "share of smoothness in the minimised sum", "%", share),
     ]
     if motion.added:
         added = 100 * motion.added_share
-        title = "torque added on the full model, of the peak"
+        title = "torque correction on the full model, relative to the peak"
         entries.append(Metric("added_share", title, "%", added, "neither"))
     for k in motion.stage.moving if len(motion.stage.moving) == 1 else ():
         bound = 4.0 * float(motion.stage.torque_units[k])
@@ -278,7 +278,7 @@ def _surcharges(motion: OptimalMotion) -> list[Metric]:
             Metric(
                 "rigid_bound", f"rigid bound of the peak {name} torque", "N m", bound, "neither"
             ),
-            Metric("surcharge", "surcharge over the rigid bound", "%", over),
+            Metric("surcharge", "excess over the rigid bound", "%", over),
         ]
     return entries
 
@@ -315,7 +315,7 @@ def criteria(study: ArmStudy, refined: Refined, history: Loads) -> tuple[Criteri
     motion = refined.motion
     checks = [
         verified(
-            "the full model is left with no more than the residual allowed",
+            "the residual energy on the full model is within the allowed one",
             "J",
             refined.left,
             refined.residual,
@@ -355,7 +355,7 @@ def wheel_checks(study: ArmStudy, history: Loads) -> list[Criterion]:
     checks = []
     for what, unit, values, cap in taken:
         if cap is not None:
-            value, name = float(np.abs(values).max()), f"{what} that the satellite takes"
+            value, name = float(np.abs(values).max()), f"{what} on the satellite"
             name = f"{name} within its cap on the full model"
             checks.append(verified(name, unit, value, cap, CAP_EXCESS))
     return checks
@@ -363,7 +363,9 @@ def wheel_checks(study: ArmStudy, history: Loads) -> list[Criterion]:
 
 def refinement_checks(refined: Refined) -> list[Criterion]:
     """Whether a finer model, a finer mesh and less smoothness all leave a motion as it is."""
-    name = f"half as many elements again change the residual by {AGREE:.0%} of what is allowed"
+    name = (
+        f"half as many elements again change the residual energy by {AGREE:.0%} of the allowed one"
+    )
     limit, missed = agreement(refined.residual), max(one.miss for one in refined.replays)
     checks = [
         verified(f"{name} at most", "J", refined.disagreement, limit),
@@ -373,7 +375,9 @@ def refinement_checks(refined: Refined) -> list[Criterion]:
         name = f"the last halving of smoothness and interval changes the objective by {SAME:.0%}"
         checks.append(verified(f"{name} at most", "1", abs(refined.change), SAME))
     if refined.lost:
-        name = f"the smoothness with which a finer full model agrees costs {SAME:.0%} at most"
+        name = (
+            f"the smoothness weight with which a finer full model agrees costs at most {SAME:.0%}"
+        )
         checks.append(verified(name, "1", refined.lost, SAME))
     return checks
 
@@ -390,19 +394,19 @@ def verdict_on(refined: Refined) -> Verdict:
     if not refined.still:
         return Verdict(
             "unverified",
-            f"unverified: the full model is left with {refined.left:.2e} J, more than the "
-            f"{refined.residual:g} J allowed; allow more, or give a longer duration",
+            f"unverified: the residual energy on the full model is {refined.left:.2e} J, more "
+            f"than the allowed {refined.residual:g} J; allow more, or give a longer duration",
         )
     if not refined.settled:
         return Verdict(
             "unverified",
-            "unverified: less smoothness and a finer mesh still gain more than a per cent; allow "
-            "more residual energy, or give a longer duration",
+            "unverified: a smaller smoothness weight and a finer mesh still improve the objective "
+            "by more than 1 %; allow more residual energy, or give a longer duration",
         )
     return Verdict(
         "local",
-        "local: one optimum of the reduced model B21 from one start, replayed on the full ANCF "
-        "model; no other optimum was searched for",
+        "local: optimum of the reduced model B21 from one start, confirmed by a replay on the "
+        "full ANCF model; no other optimum was searched for",
     )
 
 

@@ -201,7 +201,7 @@ def test_a_cap_too_low_for_both_joints_names_a_duration_to_try():
     t = np.linspace(0.0, 11.2, 1001)
     peaks = np.abs(feed_forward(stage, quintic(11.2))(t)).max(axis=1)
     words = duration_to_try(stage, TorqueCaps((peaks[0] / 4, None)))
-    assert "22.4 s on the quintic step: give such a duration" in words  # torques fall as 1/T^2
+    assert "22.4 s with the quintic step: give such a duration" in words  # torques fall as 1/T^2
     enough = duration_to_try(stage, TorqueCaps((1.01 * peaks[0], 1.01 * peaks[1])))
     assert "rigid arm" not in enough
 
@@ -282,7 +282,7 @@ def test_an_optimum_is_judged_beside_its_own_law(big, monkeypatch, asked, share,
     verdict = compare_baselines(BaselinesStudy(), silent()).verdict
     assert verdict.kind == kind
     if kind == "unverified":
-        assert "beside quintic no optimum was found" in verdict.sentence
+        assert "for quintic, no optimum was found" in verdict.sentence
 
 
 def test_optima_that_were_found_are_kept_when_the_user_stops(big, monkeypatch):
@@ -307,7 +307,7 @@ def test_optima_that_were_found_are_kept_when_the_user_stops(big, monkeypatch):
     monkeypatch.setattr(f"{room}.motion_under", found)
     result = compare_baselines(BaselinesStudy(), silent())
     assert result.interrupted
-    assert "stopped with an optimum beside 1 of 2 laws" in result.verdict.sentence
+    assert "stopped with an optimum for 1 of 2 laws" in result.verdict.sentence
     assert result.laws == ("quintic",)
 
 

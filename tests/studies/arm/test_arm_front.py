@@ -49,7 +49,7 @@ def test_the_one_that_is_easy_to_limit_is_limited_and_a_study_is_made_again():
         ({"objectives": "time,residual-energy"}, "sweep the duration of antenna-ocp arm solve"),
         ({"objectives": "time,time"}, "names time twice"),
         ({"objectives": "time,torque"}, "objectives is 'torque'; "),
-        (LEFT | {"range": "1e-9..1"}, "up to residual_energy, 1e-06 J, the arm counts as still"),
+        (LEFT | {"range": "1e-9..1"}, "up to residual_energy, 1e-06 J, the arm counts as at rest"),
         (SHORT | {"range": "9..8"}, "give the lower limit first"),
         (SHORT | {"range": "9"}, "give LOW..HIGH"),
         (SHORT | {"points": 2}, "points is 2; give a whole number of at least 3"),
@@ -69,7 +69,7 @@ def test_an_end_that_no_motion_reaches_is_said_with_its_remedy(monkeypatch):
         raise PointNotFound("2 J are left")
 
     monkeypatch.setattr(subject, "_refined", none)
-    with pytest.raises(StudyError, match=r"upper end of the front, .* 8\.7 s: 2 J are left; state"):
+    with pytest.raises(StudyError, match=r"upper end of the front, .* 8\.7 s: 2 J are left; give"):
         list(subject.ends())
 
 
@@ -137,7 +137,7 @@ def test_the_reduced_model_is_asked_for_less_where_the_full_one_has_more(
     demand = Demand.of(big_arm(8.6), {"residual-energy": 1e-6})
     asked = SoughtPoint(None, demand, "peak-torque", 1e-6, None)
     if not found:
-        with pytest.raises(PointNotFound, match="the full model is left with 8"):
+        with pytest.raises(PointNotFound, match="the residual energy on the full model is 8"):
             subject.nearby.once(asked)
         return
     tried = subject.nearby.once(asked)
@@ -244,7 +244,7 @@ def test_its_result_has_laws_words_and_a_figure(short_front):
     assert result.kind == "pareto-arm"
     assert result.verdict.kind == "local"
     assert np.all(result.arrays["peak-torque"].values > result.arrays["bound"].values)
-    assert any("It leaves 1e-05 J" in remark for remark in result.remarks)
+    assert any("Its residual energy is 1e-05 J" in remark for remark in result.remarks)
     [(name, figure)] = draw(result)
     assert name == "front"
     assert figure.axes[1].get_xlabel() == f"{AXES['time'].title} [s]"

@@ -164,8 +164,8 @@ def test_a_cap_of_the_wheels_that_is_broken_is_said():
         ({"wheel_torque": 5.0}, "wheel_torque is 5, but the satellite of 2000 kg m.2 is free"),
         ({"wheel_momentum": 5.0}, "wheel_momentum is 5, but the satellite of 2000 kg m.2 is free"),
         ({"stage": "both"}, "the stage 'both' turns both joints.*give big or small"),
-        ({"drive": "angle"}, "root on a given angle.*give drive = torque"),
-        ({"satellite_inertia": 1e6}, "1e.06 kg m.2, more than 1.5.e.05 .* leave it out"),
+        ({"drive": "angle"}, "root with a given angle.*give drive = torque"),
+        ({"satellite_inertia": 1e6}, "1e.06 kg m.2, more than 1.5.e.05 .* remove it"),
         ({"satellite_inertia": 0.0}, "satellite_inertia is 0.0; give a finite positive"),
     ],
 )
@@ -177,7 +177,7 @@ def test_what_is_not_modelled_is_refused(stated, words):
 @pytest.mark.parametrize(
     ("stage", "caps", "words"),
     [
-        (big_arm(8.6), TorqueCaps(momentum=7.0), "hands over more than 7.017 N m s in 8.6 s"),
+        (big_arm(8.6), TorqueCaps(momentum=7.0), "transfers more than 7.017 N m s in 8.6 s"),
         (big_arm(8.6), TorqueCaps(root_moment=3.0), "needs more than 3.264 N m in 8.6 s"),
     ],
 )

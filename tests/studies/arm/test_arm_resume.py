@@ -115,5 +115,5 @@ def test_resume_leaves_the_results_of_another_command_alone(
 
 
 def test_a_search_whose_seconds_are_used_up_names_the_flag() -> None:
-    with pytest.raises(StudyError, match="used up; give more --seconds"):
+    with pytest.raises(StudyError, match="time limit; give more --seconds"):
         StudySolver(until=0.0)(cart(), mesh=Mesh((uniform(4, 3),)), settings=SETTINGS)

@@ -176,7 +176,7 @@ def test_half_of_the_drawn_arms_are_left_with_more_than_the_median():
     found = rates_of({"wave": energies}, study)["wave"]
     assert found.broken == 30
     assert found.low < 0.5 < found.high
-    assert "leaves more in 50 %" in rates_in_words({"wave": energies}, study)[0]
+    assert "has more residual energy in 50 %" in rates_in_words({"wave": energies}, study)[0]
     series = draw_series({"wave": energies})
     half = np.interp(study.allowed_energy, series["wave: draws"].values, series["draws"].values)
     assert half == pytest.approx(0.5, abs=1 / 60)
@@ -299,7 +299,7 @@ def test_arms_that_are_still_need_not_be_left_with_less(worst, left, limit, hold
     assert found.limit == pytest.approx(limit)
     assert found.holds == holds
     assert robust_study._criteria(found)[0].passed == holds
-    assert any("counts as still" in remark for remark in robust_study._remarks(found)) == (
+    assert any("counts as at rest" in remark for remark in robust_study._remarks(found)) == (
         limit > 0.2
     )
 

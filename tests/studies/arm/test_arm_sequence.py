@@ -20,7 +20,9 @@ def found(left):
 
 
 def test_a_sequence_that_no_mesh_resolves_is_not_replayed_more_finely():
-    with pytest.raises(StudyError, match=r"best of 3 rounds leaves 2\.80e-04 J") as refused:
+    with pytest.raises(
+        StudyError, match=r"best of 3 rounds has a residual energy of 2\.80e-04 J"
+    ) as refused:
         check_rest(found(2.8e-4), late=False)
     assert refused.value.exit_code is ExitCode.NOT_SOLVED
 

@@ -40,7 +40,10 @@ class TimedLaw:
     def left(self, still: float) -> str:
         """What it leaves, beside an energy up to which the arm counts as still [J]."""
         energy = self.values[RESIDUAL_ENERGY]
-        return f"It leaves {energy:.2g} J, and a point of the front {still:g} J at most."
+        return (
+            f"Its residual energy is {energy:.2g} J; that of a point of the front is at most "
+            f"{still:g} J."
+        )
 
 
 def laws_in(stage: Stage, durations: Sequence[float], console: Console) -> list[TimedLaw]:

@@ -80,9 +80,9 @@ class NearbySolves:
             raise PointNotFound(str(error)) from error
         energy, miss = tried.replay.residual_energy, tried.replay.miss
         if energy > (self.residual if left is None else left):
-            raise NotStillError(f"the full model is left with {energy:.3g} J")
+            raise NotStillError(f"the residual energy on the full model is {energy:.3g} J")
         if miss > MISS:
-            raise PointNotFound(f"the full model ends {miss:.1e} rad beside its angle")
+            raise PointNotFound(f"the full model misses its end angle by {miss:.1e} rad")
         return tried
 
     def _at_rest(self, sought: SoughtPoint) -> PointMotion:

@@ -119,19 +119,20 @@ def _how_it_was_found(study: TradeOffStudy, points: Sequence[FrontPoint]) -> tup
     """How sure the points are, and where a profile comes from."""
     shares = [100 * point.motion.motion.smoothness_share for point in points]
     how = (
-        "Each point was replayed on the full ANCF model. A motion from which points start was "
-        "refined until another halving of smoothness and mesh gained 1 % at most. The points have "
-        "half that mesh. They have twice the smoothness of the end that needs less of it, where "
-        "that leaves them still, else ten times as much: of what was minimised it is "
-        f"{min(shares):.2g} to {max(shares):.2g} %."
+        "Each point was replayed on the full ANCF model. The motions at the ends were refined "
+        "until another halving of the smoothness weight and of the intervals improved them by at "
+        "most 1 %. The other points have intervals twice as long. Their smoothness weight is twice "
+        "the smaller of those at the ends, or ten times it if the residual energy is too large "
+        f"otherwise. The smoothness term is {min(shares):.2g} to {max(shares):.2g} % of the "
+        "minimised sum."
     )
     if RESIDUAL_ENERGY not in study.objectives:
         return (how,)
     return (
         how,
-        f"Up to {study.still:g} J the arm counts as still, so that its limits begin there. The "
-        "energy is kinetic and elastic, and that of a joint that still turns when it locks belongs "
-        "to it.",
+        f"Up to {study.still:g} J the arm counts as at rest, so the limits begin there. The "
+        "residual energy is kinetic and elastic, and includes that of a joint that still turns "
+        "when it locks.",
     )
 
 
@@ -142,7 +143,7 @@ def _bounds(subject: ArmFront, points: Sequence[FrontPoint]) -> tuple[Array, str
     stage = subject.study.slew
     turn = float(stage.inertia_turns[stage.moving[0]])
     # it proves nothing of an arm whose links bend
-    return np.array([4.0 * turn / point.x**2 for point in points]), "least of a rigid arm"
+    return np.array([4.0 * turn / point.x**2 for point in points]), "minimum of a rigid arm"
 
 
 def _metrics(point: FrontPoint) -> list[Metric]:
@@ -155,5 +156,5 @@ def _metrics(point: FrontPoint) -> list[Metric]:
             for axis in AXES.values()
         ),
         Metric("angle_miss", "angle miss at the lock", "rad", kept.replay.miss),
-        Metric("smoothness_share", "share of smoothness in what was minimised", "%", share),
+        Metric("smoothness_share", "share of smoothness in the minimised sum", "%", share),
     ]

@@ -120,12 +120,12 @@ class ArmFront:
 
     def _best(self, name: str) -> ArmPoint:
         """The motion that is best in a quantity, without a limit."""
-        self.console.progress(f"an end of the front: the least {AXES[name].title}")
+        self.console.progress(f"an end of the front: minimum {AXES[name].title}")
         try:
             self.bests[name] = self._from_rest({}, name)
         except PointNotFound as error:
             raise StudyError(
-                f"the least {AXES[name].title} was not found: {error}; state a range",
+                f"the minimum {AXES[name].title} was not found: {error}; give a range",
                 ExitCode.NOT_SOLVED,
             ) from error
         return self.bests[name]
@@ -164,10 +164,10 @@ class ArmFront:
                     end = "lower" if way == "up" else "upper"
                     raise StudyError(
                         f"no motion was found at the {end} end of the front, {axis.title} "
-                        f"{limit:.6g} {axis.unit}: {error}; state another range",
+                        f"{limit:.6g} {axis.unit}: {error}; give another range",
                         ExitCode.NOT_SOLVED,
                     ) from error
-                self.remarks.append(f"nothing was found at {limit:.6g} {axis.unit}: {error}")
+                self.remarks.append(f"no point was found at {limit:.6g} {axis.unit}: {error}")
                 self.console.progress(self.remarks[-1])
         raise AssertionError  # there is a limit
 
@@ -197,10 +197,11 @@ class ArmFront:
             raise PointNotFound(str(error)) from error
         if not found.resolved:
             raise PointNotFound(
-                f"the full model is left with {found.replay.residual_energy:.2e} J, "
-                f"{self.residual:g} J are allowed (more by --residual-energy)"
+                f"the residual energy on the full model is {found.replay.residual_energy:.2e} J, "
+                f"allowed {self.residual:g} J (change it with --residual-energy)"
                 if not found.still
-                else "less smoothness and a finer mesh still gain more than a per cent"
+                else "a smaller smoothness weight and a finer mesh still improve the objective by "
+                "more than 1 %"
             )
         return found.motion
 
@@ -226,7 +227,7 @@ class ArmFront:
         x, y = kept.values[across.key], kept.values[up.key]
         seconds = clock.perf_counter() - begin
         self.console.progress(
-            f"{across.title} {x:.5g} {across.unit}: {up.title} {y:.5g} {up.unit}, left with "
+            f"{across.title} {x:.5g} {across.unit}: {up.title} {y:.5g} {up.unit}, residual energy "
             f"{kept.replay.residual_energy:.1e} J, {seconds:.1f} s"
         )
         return FrontPoint(limit, x, y, kept.slopes[self.limited], way, afresh, seconds, kept)

@@ -184,7 +184,7 @@ def find_robust(study: RobustStudy, console: Console, kept: FinishedSteps) -> Re
         verdict=Verdict(
             "local",
             "local: one optimum of the nominal arm and its copies from the nominal motion, "
-            "replayed all over the spread; no other optimum was searched for",
+            "replayed over the whole range; no other optimum was searched for",
         ),
         checks=(
             *_criteria(comparison),
@@ -223,12 +223,12 @@ def _quantities(motion_map: ResidualMap, comparison: Comparison) -> list[Metric]
 
     return [
         Metric("peak_torque", "peak torque", "N m", motion_map.peak),
-        Metric("peak_ratio", "peak torque over the nominal's", "1", share, "neither"),
+        Metric("peak_ratio", "peak torque relative to the nominal", "1", share, "neither"),
         Metric("peak_rate", "peak torque rate", "N m/s", float(motion_map.motion.peak_rate[joint])),
         Metric("worst_B21", "worst sqrt(E_res) on B21", root, worst),
-        Metric("ratio_B21", "the same over the nominal's", "1", on_B21),
+        Metric("ratio_B21", "the same relative to the nominal", "1", on_B21),
         Metric("worst_full", "worst sqrt(E_res), full model", root, worst_full),
-        Metric("ratio_full", "the same over the nominal's", "1", on_full),
+        Metric("ratio_full", "the same relative to the nominal", "1", on_full),
         Metric(
             "nominal_arm", "sqrt(E_res) of the nominal arm, full model", root, motion_map.at_nominal
         ),
@@ -252,17 +252,16 @@ def _remarks(comparison: Comparison) -> tuple[str, ...]:
     missed = ", ".join(f"x {mass:g}: {miss:.2g} rad" for mass, miss in comparison.misses.items())
     judged = comparison.robust[0].motion.name
     worse = [
-        f"'{robust.motion.name}' leaves more than the nominal motion, which is the better one for "
-        "this spread"
+        f"'{robust.motion.name}' has more residual energy than the nominal motion, which is better "
+        "for this range"
         for robust in comparison.robust
         if max(robust.ratios(comparison.nominal)) > 1.0
     ]
 
     still = (
         [
-            f"an arm counts as still with {(STILL * SIZE) ** 2:.2g} J or less: "
-            f"'{judged}' is asked for that, {comparison.limit:.3g} of the nominal motion's worst "
-            "sqrt(E_res)"
+            f"an arm counts as at rest with {(STILL * SIZE) ** 2:.2g} J or less: this is the limit "
+            f"for '{judged}', {comparison.limit:.3g} of the worst sqrt(E_res) of the nominal motion"
         ]
         if comparison.limit > LIMIT
         else []
@@ -273,11 +272,11 @@ def _remarks(comparison: Comparison) -> tuple[str, ...]:
         *still,
         f"worst over +-{WIDTH:.0%} of {first} and of {second}: {size} x {size} arms on B21, "
         f"{FULL} x {FULL} on the full ANCF model",
-        "nominal: least peak torque, as of arm solve; robust: least worst residual of "
-        f"{1 + len(comparison.spread.design)} arms, none of them but the nominal one on the grid",
+        "nominal: minimum peak torque, as in arm solve; robust: minimum worst residual of "
+        f"{1 + len(comparison.spread.design)} arms, of which only the nominal one is on the grid",
         f"angle miss of '{judged}' with a wrong tip mass under torque drive: {missed}; the torque "
-        "alone decides the momentum, the inertia what angle that becomes: no law that does not "
-        "see the arm removes it",
+        "determines the momentum, and the inertia determines the resulting angle, so an open-loop "
+        "law cannot remove this miss",
     )
 
 

@@ -25,10 +25,12 @@ def rates_in_words(left: Mapping[str, Array], study: RobustStudy) -> tuple[str, 
     found = rates_of(left, study)
     if not found:
         return ("no arms were drawn",)
-    each = ", ".join(f"'{name}' leaves more in {one.words}" for name, one in found.items())
+    each = ", ".join(
+        f"'{name}' has more residual energy in {one.words}" for name, one in found.items()
+    )
     return (
-        f"{study.draws} arms drawn evenly from the spread, on B21, {study.allowed_energy:g} J "
-        f"allowed: {each}; in brackets: where the true rate lies, with a confidence of "
+        f"{study.draws} arms drawn uniformly from the range, on B21, {study.allowed_energy:g} J "
+        f"allowed: {each}; in brackets: the confidence interval of the rate, at "
         f"{100 * study.confidence:g} %",
     )
 

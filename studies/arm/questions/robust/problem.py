@@ -147,7 +147,7 @@ def solve_nominal(stage: Stage, drive: Drive, solver: StudySolver | None = None)
         If none is found, or the stage turns both joints.
     """
     if len(stage.moving) > 1:
-        raise StudyError("a robust motion takes a stage that turns one joint; give big or small")
+        raise StudyError("a robust motion needs a stage that turns one joint; give big or small")
     found = solve_stage(stage.under(drive), objective="peak-torque", name="nominal", solver=solver)
     return refine(found, drive=drive, solver=solver).motion
 
@@ -234,12 +234,12 @@ def _solved_robust(
         except StudyError as error:
             if found is None:
                 raise
-            console.progress(f"{sought.name}: a coarser mesh counts: {error}")
+            console.progress(f"{sought.name}: the result of a coarser mesh is used: {error}")
             break
         left, believed = worst_of_its_arms(motion, sought.spread, console.live), motion.objective
         console.progress(
             f"{sought.name}: {count} intervals: worst sqrt(E_res) of its arms {left:.3g}, "
-            f"{SIZE * believed:.3g} for the solver"
+            f"{SIZE * believed:.3g} in the solver"
         )
         if left < least:
             least, found = left, (motion, _lowered(sought, margin))
@@ -249,8 +249,8 @@ def _solved_robust(
 
     if found is None:
         raise StudyError(
-            f"what '{sought.name}' leaves in the arms of the spread cannot be computed, because "
-            "their replay on B21 diverges; give a longer duration, or another arm",
+            f"the residual energy of '{sought.name}' in the arms of the range cannot be computed, "
+            "because their replay on B21 diverges; give a longer duration, or another arm",
             ExitCode.NOT_SOLVED,
         )
     motion, cap = found

@@ -123,7 +123,7 @@ def find_sequence(
         bounds={"rigid arm of this time, best split: peak torque [N m]": moved.rigid_bound},
         verdict=_verdict(found, study.seconds if late else None),
         checks=_criteria(study, found, sampled),
-        remarks=("the total is that of both motions, the dwell on top", *left_out),
+        remarks=("the total is the time of both motions, without the dwell", *left_out),
         details={
             "durations": moved.durations,
             "rigid_bound_Nm": moved.rigid_bound,
@@ -170,8 +170,8 @@ def check_rest(found: Refined, late: bool) -> None:
         more = "more --seconds, " if late else ""
         raise StudyError(
             f"no sequence was found that comes to rest: the best of {len(found.rounds)} rounds "
-            f"leaves {left:.2e} J on the full model, and {allowed:g} J are allowed; give {more}a "
-            "longer total or dwell, or allow more residual energy",
+            f"has a residual energy of {left:.2e} J on the full model, but {allowed:g} J are "
+            f"allowed; give {more}a longer total or dwell, or allow more residual energy",
             ExitCode.NOT_SOLVED,
         )
 
@@ -204,8 +204,8 @@ def check_sequence(study: SequenceStudy, case: Sequence) -> None:
     fastest = 2.0 * turning(case.first) * float(abs(case.first.turn[ROOT])) / shortest**2
     if study.lock_energy is not None and study.lock_energy > fastest:
         raise StudyError(
-            f"lock_energy is {study.lock_energy:g} J, but a rigid arm that constant torque speeds "
-            f"up until its lock, for the shortest time tried of {shortest:.3g} s, has "
+            f"lock_energy is {study.lock_energy:g} J, but a rigid arm that a constant torque "
+            f"accelerates until its lock, for the shortest time tried of {shortest:.3g} s, has "
             f"{fastest:.3g} J; give less"
         )
 
@@ -231,8 +231,8 @@ def check_pace(study: SequenceStudy, case: Sequence) -> None:
         least = cap * (fastest * longest / MOST_PERIODS) ** 2
         raise StudyError(
             f"under a torque cap of {cap:g} N m the longer motion takes about {longest:.3g} s, "
-            f"{fastest * longest:.3g} periods of the arm's fastest mode, and up to "
-            f"{MOST_PERIODS:g} are resolved; give a torque cap of at least {1.01 * least:.3g} N m"
+            f"{fastest * longest:.3g} periods of the arm's fastest mode, but the mesh resolves up "
+            f"to {MOST_PERIODS:g}; give a torque cap of at least {1.01 * least:.3g} N m"
         )
 
 
@@ -247,7 +247,7 @@ def _verdict(found: Refined, seconds: float | None) -> Verdict:
     if seconds is not None and not found.resolved:
         return Verdict(
             "unverified",
-            f"unverified: the {seconds:g} s of the search ended before all of its rounds "
+            f"unverified: the search reached its limit of {seconds:g} s before all of its rounds "
             "were done; give more --seconds",
         )
     return verdict_on(found)
@@ -260,14 +260,17 @@ def _criteria(
     allowed = found.residual
     checks = [
         verified(
-            f"the {which} lock leaves no more than the residual allowed",
+            f"the residual energy after the {which} lock is within the allowed one",
             "J",
             replayed.residual_energy,
             allowed,
         )
         for which, replayed in zip(("first", "last"), found.replays, strict=True)
     ]
-    name = f"the profile sampled every {sampled.step:.4g} s leaves no more than the residual"
+    name = (
+        f"the residual energy of the profile sampled every {sampled.step:.4g} s is within the "
+        "allowed one"
+    )
     checks += [
         verified(f"{name} allowed", "J", sampled.left, allowed),
         *refinement_checks(found),
@@ -304,12 +307,24 @@ def _facts(
         Metric("peak_root_torque", "peak torque, root", "N m", root),
         Metric("peak_elbow_torque", "peak torque, elbow", "N m", elbow),
         Metric("rigid_bound", "rigid bound of this time, best split", "N m", bound, "neither"),
-        Metric("surcharge", "surcharge over the rigid bound", "%", over),
+        Metric("surcharge", "excess over the rigid bound", "%", over),
         Metric("paper_bound", "rigid bound of the paper's 86 and 112 s", "N m", paper, "neither"),
         Metric("first_lock_energy", f"{first}, full model", "J", at_lock.residual_energy),
-        Metric("first_lock_energy_B21", f"{first}, B21, aimed", "J", on_B21[0], "neither"),
+        Metric(
+            "first_lock_energy_B21",
+            f"{first}, B21, with the corrected target",
+            "J",
+            on_B21[0],
+            "neither",
+        ),
         Metric("residual_energy", f"{last}, full model", "J", at_end.residual_energy),
-        Metric("residual_energy_B21", f"{last}, B21, aimed", "J", on_B21[1], "neither"),
+        Metric(
+            "residual_energy_B21",
+            f"{last}, B21, with the corrected target",
+            "J",
+            on_B21[1],
+            "neither",
+        ),
         Metric("lost_first", "kinetic energy lost in the first lock", "J", lock.lost_energy),
         Metric("impulse_first", impulse, "N m s", float(lock.impulse[ROOT]), "neither"),
         Metric("angle_miss_root", "angle miss, root", "rad", at_lock.miss),
@@ -341,7 +356,7 @@ def _beside(
         try:
             entries += part()
         except StudyError as error:
-            left_out.append(f"left out beside the sequence: {error}")
+            left_out.append(f"comparison with the sequence left out: {error}")
     return entries, left_out
 
 
@@ -373,7 +388,7 @@ def _without_rest(
 
     head = "no rest at the first lock"
     quantities = [
-        Metric("freed_allowed", f"{head}: energy it may meet", "J", left, "neither"),
+        Metric("freed_allowed", f"{head}: allowed energy", "J", left, "neither"),
         Metric("freed_first", f"{head}: energy after the first lock, B21", "J", at_lock),
         Metric("freed_last", f"{head}: energy after the last lock, B21", "J", at_end),
     ]
