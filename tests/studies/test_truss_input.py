@@ -72,7 +72,7 @@ def test_what_is_absurd_leaves_the_paper_alone() -> None:
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ('minimise = ["peak-force", "peak-force"]', "states peak-force 2 times"),
+        ('minimise = ["peak-force", "peak-force"]', "contains peak-force 2 times"),
         ('minimise = "energy"\n[truss]\nnet_angle = 1.4\nnet_angle_deg = 82', "the same angle"),
         ("duration = 5\n[caps]\njerc = 1", "did you mean caps.jerk?"),  # before the objective
     ],
