@@ -147,13 +147,15 @@ def paths(motion: Motion, points: Sequence[Factors], samples: int, steps: int = 
     steps, arms = each * (samples - 1), len(points)
     inputs = _inputs(motion, steps)
     equations = arm_equations(stage, motion.drive, compiled=steps * arms > _MANY)
-    advance = _abreast(equations, arms)
+    # all steps from sample to sample in one call: each takes longer to begin than a step does
+    along = _abreast(equations, arms).mapaccum("along", each)
+    now = (2 * np.arange(each)[:, None] + np.arange(3)).ravel()
 
     path = np.empty((samples, len(equations.start), arms))
     path[0] = equations.start[:, None]
     for k in range(samples - 1):
-        now = [inputs[:, 2 * j : 2 * j + 3] for j in range(k * each, (k + 1) * each)]
-        path[k + 1] = march(advance, path[k], now, factors, stage.duration / steps).full()
+        given = inputs[:, 2 * k * each + now], np.tile(factors, each), stage.duration / steps
+        path[k + 1] = along(path[k], *given).full()[:, -arms:]
     return path.transpose(2, 1, 0)
 
 
