@@ -174,8 +174,6 @@ def audit(
     settings = settings or Settings()
     named = _named_starts(problem, settings, starts, guesses, seed)
     workers = min(processes or (1 if bound is not None else processors()), len(named))
-    if workers > 1:
-        leave_if_imported_again()
     limit = _Bound(bound, bound_gap)
     until = math.inf if seconds is None else clock.perf_counter() + _positive("seconds", seconds)
     search = _Starts(
@@ -322,6 +320,8 @@ class _Starts:
                 if stopped:
                     return
             return
+
+        leave_if_imported_again()
         with noted_interrupts() as interrupts:
             found = solved_side_by_side(jobs, workers, say, lambda: interrupts.asked)
             with closing(found):
