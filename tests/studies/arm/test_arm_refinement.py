@@ -194,7 +194,7 @@ def test_of_motions_as_good_the_one_that_a_finer_model_confirms_is_taken():
     fast, smooth, worse = left(3.0e-7, 5.1e-7), left(4.1e-7, 4.2e-7), left(2e-6, 2e-6)
     said = []
     assert confirmed(iter([fast, smooth]), said.append) is smooth
-    assert "3.00e-07 J, and 5.10e-07 J" in said[0]
+    assert "3.00e-07 J, on a finer full model 5.10e-07 J" in said[0]
     assert confirmed(iter([smooth, fast])) is smooth
     assert confirmed(iter([fast, worse])) is fast
 
