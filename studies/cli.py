@@ -76,7 +76,7 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     """
     words = list(words)
     if not words:
-        raise StudyError(f"no sub-command is given; {PROGRAM} --help lists them")
+        raise StudyError(f"a sub-command is missing; {PROGRAM} --help lists them")
     if words[0] in ("-h", "--help"):
         return argparse.Namespace(), _say(overview())
     if words[0] == "--version":
@@ -192,10 +192,14 @@ def _command_name(words: Sequence[str]) -> str:
         return first
     if members and second.startswith("-"):
         raise StudyError(
-            f"{PROGRAM} {first} of what: before {second} comes one of {', '.join(members)}"
+            f"{PROGRAM} {first} needs a sub-command before {second}: {', '.join(members)}"
         )
     if members:
-        given = f"{PROGRAM} {first} has no '{second}'" if second else f"{PROGRAM} {first} of what"
+        given = (
+            f"{PROGRAM} {first} has no '{second}'"
+            if second
+            else f"{PROGRAM} {first} needs a sub-command"
+        )
         raise StudyError(f"{given}; {_suggestion(second, members)}")
     if first.startswith("-"):
         raise StudyError(f"unknown flag {first}; {_suggestion(first, ('--help', '--version'))}")
@@ -209,7 +213,7 @@ def _refuse_repeated_flags(words: Sequence[str], parser: argparse.ArgumentParser
     for action in parser._actions:
         once = isinstance(action, argparse._StoreAction) and action.option_strings
         if once and sum(given.count(flag) for flag in action.option_strings) > 1:
-            raise StudyError(f"{action.option_strings[-1]} is given twice; leave one of them out")
+            raise StudyError(f"{action.option_strings[-1]} is given twice; remove one of them")
 
 
 def _refuse_dashes(words: Iterable[str]) -> None:
@@ -217,7 +221,7 @@ def _refuse_dashes(words: Iterable[str]) -> None:
     for word in words:
         flag, _, value = word.partition("=")
         if flag.startswith("--") and value == "--":
-            raise StudyError(f"{flag} is '--', which is no value; give one")
+            raise StudyError(f"{flag} is '--', which is not a value; give one")
 
 
 def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:
@@ -262,7 +266,7 @@ def _report_defect(error: Exception, console: Console) -> int:
     ) as report:
         report.write(" ".join(sys.argv) + "\n\n" + "".join(traceback.format_exception(error)))
     console.complain(
-        f"unforeseen {type(error).__name__}: {error}; this is a defect, "
-        f"please send its authors the report {report.name}"
+        f"unforeseen {type(error).__name__}: {error}; this is a defect of the program: please send "
+        f"the report {report.name} to its authors"
     )
     return int(ExitCode.INTERNAL)

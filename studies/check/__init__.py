@@ -7,11 +7,11 @@ from studies.truss.command import RING
 
 STUDY = Study(
     name="check",
-    summary="hold a profile of your own, measured or hand-made, against caps and model",
-    description="Reads the profile in whatever dialect it is written, estimates its noise and "
-    "smooths it if there is any, evaluates it between its rows on the model of the truss or of the "
-    "arm, and compares it with the optimum of the same duration and caps and the paper's laws. "
-    "Names every check and cap that fails, by how much, and when.",
+    summary="check a profile of your own, measured or hand-made, against caps and model",
+    description="Reads the profile in any common format, estimates its noise and smooths it if "
+    "necessary, evaluates it between its rows on the model of the truss or of the arm, and "
+    "compares it with the optimum of the same duration and caps and with the paper's laws. Lists "
+    "every check and cap that fails, by how much, and when.",
     keys={"": "studies.truss.config:TrussStudy"},
     run="studies.truss.study:run",
     also={"check-arm": "studies.arm.command:ARM"},

@@ -167,7 +167,7 @@ def check_arm(
     console.progress(f"replaying {measured.path.name} on the full model")
     replayed = _replayed(measured, _motion(measured, stage, driving, exported=still), study)
     if still and any(driving.smoothed.values()):
-        console.live("replaying its rows as they stand")
+        console.live("replaying its rows without smoothing")
         driving, replayed = _as_exported(measured, study, driving, replayed)
     beside, remark = _beside(study, console, optimum)
 
@@ -179,7 +179,7 @@ def check_arm(
         measured,
         kind="check-arm",
         question=f"Does the profile {measured.path.name} keep the limits of the {stage.name} arm, "
-        f"and what does it leave? {stage.duration:.6g} s, {driving.kind} drive",
+        f"and how large is its residual energy? {stage.duration:.6g} s, {driving.kind} drive",
         configuration=as_dictionary(study),
         arrays=arrays,
         table=table,
@@ -275,8 +275,8 @@ def _columns(
     hint = f"did you mean '{near}'? " if near and near not in wanted else ""
     raise refusal(
         measured.path,
-        f"has {known}, but the stage '{stage.name}' needs {' and '.join(wanted)}; {hint}state "
-        "--stage big, small or both, or give the columns",
+        f"has {known}, but the stage '{stage.name}' needs {' and '.join(wanted)}; {hint}give "
+        "--stage big, small or both, or the missing columns",
     )
 
 
@@ -333,15 +333,15 @@ def _angle(measured: MeasuredProfile, stage: Stage, k: int, found: Recovered) ->
     if abs(shift) > START + found.deviation(0.0, 0):
         refuse(
             measured.path,
-            f"starts with the {JOINT_NAMES[k]} at {math.degrees(-shift + stage.start[k]):.4g} deg, "
-            f"but the stage '{stage.name}' starts at {math.degrees(stage.start[k]):.4g} deg; state "
-            f"the stage, or {JOINT_NAMES[k]}_start_deg in a study",
+            f"starts with the {JOINT_NAMES[k]} at {math.degrees(-shift + stage.start[k]):.4g} "
+            f"deg, but the stage '{stage.name}' starts at {math.degrees(stage.start[k]):.4g} deg; "
+            f"give the stage, or {JOINT_NAMES[k]}_start_deg in a study",
         )
     if found.rest[0] == 0:
         refuse(
             measured.path,
             f"starts with the {JOINT_NAMES[k]} at {float(spline(0.0, 1)):.4g} rad/s, but the arm "
-            "is replayed from rest; give the profile from rest on",
+            "is replayed from rest; give a profile that starts at rest",
         )
 
     def until_end(order: int) -> Callable[[Array], Array]:
@@ -404,9 +404,9 @@ def _torque_cap(k: int, cap: float, replayed: LockedMotion, driving: DrivingColu
 
     held = value - slack <= cap * (1 + CAP_EXCESS)
     decided = not held or value + slack <= cap * (1 + CAP_EXCESS)
-    more = "" if decided else ", and noise may hide that it is broken"
+    more = "" if decided else ", but noise may hide that it is exceeded"
     if not held:
-        more = f", broken by {100 * (value / cap - 1):.3g} %"
+        more = f", exceeded by {100 * (value / cap - 1):.3g} %"
     noise = f" +- {slack:.3g}" if slack else ""
     sentence = (
         f"{outcome(held, decided)}: {name} {value:.6g}{noise} N m at "
@@ -421,12 +421,12 @@ def _noise(driving: DrivingColumns) -> list[str]:
     for k, found in driving.recovered.items():
         head = f"noise of the {JOINT_NAMES[k]}'s {kind}"
         if found.fit is None or not driving.smoothed[k]:
-            lines.append(f"{head}: none that matters ({found.noise.deviation:.1e} {unit})")
+            lines.append(f"{head}: negligible ({found.noise.deviation:.1e} {unit})")
         else:
             lines.append(
                 f"{head}: {found.fit.noise:.3g} {unit} (standard deviation); "
-                f"{how_smoothed(found.fit)}; what the arm does after the lock "
-                "depends on what the smoothing took away"
+                f"{how_smoothed(found.fit)}; the vibration of the arm after the lock depends on "
+                "the part removed by the smoothing"
             )
     return lines
 
@@ -474,7 +474,7 @@ def _size(table: tuple[TableRow, ...]) -> str:
     """What the profile comes to, for its verdict."""
     left = next(row for row in table if row.key == "residual_energy")
     energy = next(iter(left.values.values()))
-    return f"it leaves {energy:.3g} J after the lock"
+    return f"its residual energy after the lock is {energy:.3g} J"
 
 
 def _series(measured: MeasuredProfile, driving: DrivingColumns) -> dict[str, Series]:

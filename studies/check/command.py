@@ -48,25 +48,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             f"--motion-{word}",
             metavar="T",
             help=f"when the motion {'starts' if word == 'from' else 'ends'} by the time of the "
-            "file [s]; else rest that was recorded is found",
+            "file [s]; by default recorded rest is detected",
         )
     parser.add_argument(
         "--study",
         dest="of",
         metavar="NAME",
-        help="a study of another package, which judges its profile; else the columns tell",
+        help="a study of another package that checks its profile; by default the columns decide",
     )
     parser.add_argument(
-        "--no-optimum", action="store_true", help="compare the profile with no optimum"
+        "--no-optimum", action="store_true", help="do not compare the profile with an optimum"
     )
 
     add_key_flags(parser, key_flags(CHECKED.tables(), CHECKED.without))
     arm = parser.add_argument_group("for a profile of the arm")
-    arm.add_argument("--stage", metavar="X", help="big, small or both; else the columns tell")
     arm.add_argument(
-        "--drive", metavar="X", help="torque or angle, where the profile has columns of both"
+        "--stage", metavar="X", help="big, small or both; by default the columns decide"
     )
-    arm.add_argument("--torque-cap", metavar="X", help="on each driven joint [N m]")
+    arm.add_argument(
+        "--drive", metavar="X", help="torque or angle, if the profile has columns of both"
+    )
+    arm.add_argument("--torque-cap", metavar="X", help="cap on each driven joint [N m]")
 
     add_results_flags(parser)
 
@@ -166,8 +168,8 @@ def _ask_truss(
     if not aims:
         aims = LEAST_BY_DEFAULT
         console.say(
-            f"the study asks for the least time, and the profile takes {measured.duration:g} s: "
-            f"it is compared with the least {LEAST_BY_DEFAULT} in that time"
+            f"the study minimises the time, but the profile takes {measured.duration:g} s: it is "
+            f"compared with the minimum {LEAST_BY_DEFAULT} in this time"
         )
     study = _study({**raw, "minimise": aims, "duration": measured.duration}, console)
     result = check_truss(measured, study, stated, console, optimum=not options.no_optimum)

@@ -124,7 +124,7 @@ def at_rest(name: str, unit: str, drawn: float, rate: EndRate, limit: float) -> 
     size = abs(rate.value)
     told = f"{size:.3g} +- {rate.wrong:.2g} {unit} if {rate.given}"
     if rate.exceeds(limit):
-        taken = ", though the curve is drawn at rest" if drawn <= limit else ""
+        taken = ", although the smoothed curve is at rest" if drawn <= limit else ""
         sentence = f"{outcome(False)}: {name} {told} (limit {limit:.3g}{taken})"
         return Criterion(name, unit, size, limit, False, sentence)
     if drawn <= limit:

@@ -80,10 +80,10 @@ def rows_figure(result: Result, profile: Deployment, columns: Mapping[str, Array
     angles.plot(grid, curve, color="#0b5fa5", lw=1.2, label="recovered motion")
 
     distance = rows - profile.law.motion(np.minimum(time, profile.law.duration)).angle
-    left.plot(time, 1e3 * distance, ".", color="0.4", ms=3, label="row less recovered motion")
+    left.plot(time, 1e3 * distance, ".", color="0.4", ms=3, label="row minus recovered motion")
     if "band/time" in columns:
         width = 1e3 * columns["band/angle"]
-        name = "where the true motion may lie, 95 %"
+        name = "band of the true motion, 95 %"
         blue = {"color": "#0b5fa5", "alpha": 0.3, "lw": 0, "zorder": 1}  # behind the rows
         left.fill_between(columns["band/time"], -width, width, label=name, **blue)
     label_axes(angles, "time [s]", "angle [deg]")
@@ -103,7 +103,7 @@ def motion_figure(
 ) -> Figure:
     """Angle, speed and acceleration of all laws, with the profile's bands and the caps."""
     figure = Figure(figsize=(12.9, 3.8), dpi=150, layout="constrained")
-    figure.suptitle(f"{laws[0].name} beside the optimum and the paper's laws", fontsize=12)
+    figure.suptitle(f"{laws[0].name} compared with the optimum and the paper's laws", fontsize=12)
     axes = list(figure.subplots(1, 3))
     for deployment, colour, style in styled(laws):
         t = times(deployment)

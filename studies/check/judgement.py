@@ -25,15 +25,15 @@ def verdict_of(checks: Sequence[Criterion], size: str) -> Verdict:
     open_still = [check for check in checks if not check.decided]
     if failed:
         more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
-        answer = f"no, it breaks {len(failed)} of {len(checks)} checks: {_plain(failed[0])}{more}"
+        answer = f"no, it fails {len(failed)} of {len(checks)} checks: {_plain(failed[0])}{more}"
     elif open_still:
         named = "; ".join(map(_plain, open_still))
         answer = (
-            f"not decided: it breaks none of {len(checks)} checks for certain, but "
+            f"not decided: it fails none of {len(checks)} checks for certain, but "
             f"{len(open_still)} {'is' if len(open_still) == 1 else 'are'} not decided: {named}"
         )
     else:
-        answer = f"yes, it keeps all {len(checks)} checks"
+        answer = f"yes, it passes all {len(checks)} checks"
     return Verdict("measured", f"{answer}; {size}")
 
 

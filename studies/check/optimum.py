@@ -26,7 +26,7 @@ def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, 
     if law is not None:
         deployment = deployment_of(OPTIMUM, law, study)
         if not broken_caps(study, deployment.values):
-            return deployment, "optimum: least peak angular acceleration, in closed form, global"
+            return deployment, "optimum: minimum peak angular acceleration, in closed form, global"
 
     try:
         best = best_motion(Question(study, console, check_some_optimum(study, console)))

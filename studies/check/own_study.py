@@ -32,10 +32,12 @@ def judging_study(name: str) -> Study:
     if isinstance(found, Study) and found.judge is not None:
         return found
     known = [study.name for study in registry.studies() if study.judge is not None]
-    hint = "leave it out: a profile of the truss or the arm is told by its columns"
+    hint = "remove it: a profile of the truss or the arm is recognised by its columns"
     if known:
         hint = closest(name, known)
-    raise StudyError(f"--study is {quoted(name)}, no study that judges profiles; {hint}")
+    raise StudyError(
+        f"--study is {quoted(name)}, which is not a study that checks profiles; {hint}"
+    )
 
 
 def check_own(
@@ -78,7 +80,7 @@ def _columns(path: Path, units: Mapping[str, str], named: Mapping[str, str]) -> 
         if back.size:
             refuse(
                 path,
-                f"has a time that does not rise in {table.line_of(int(back[0]) + 1)}; "
-                "sort its rows",
+                f"has a time that does not increase in {table.line_of(int(back[0]) + 1)}; sort "
+                "its rows",
             )
     return found

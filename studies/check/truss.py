@@ -380,7 +380,7 @@ def _cap(
     if not passed:
         more = f", {_by_how_much(quantity, cap, excess, peak.estimated)}"
     elif not decided:  # beyond it is the drawn curve alone, or no more than the noise
-        more = f", a motion within may {'keep' if beyond else 'break'} it"
+        more = f", a motion within the bounds may {'keep' if beyond else 'exceed'} it"
     sentence = f"{outcome(passed, decided)}: {value} (cap {cap:.6g}{more})"
     return Criterion(quantity.title, quantity.unit, peak.value, cap, passed, sentence, decided)
 
@@ -393,7 +393,7 @@ def _by_how_much(quantity: Quantity, cap: float, excess: float, estimated: bool)
         return (
             f"short by {how} {part}"
             if cap > 0
-            else f"the rope pushes, by {how} {part} of its force"
+            else f"the rope would have to push, by {how} {part} of its force"
         )
     return f"{'exceeded by an estimated' if estimated else 'broken by at least'} {part}"
 
@@ -405,7 +405,7 @@ def _about(found: TrussProfile) -> list[str]:
     lines = []
     if recovered.fit is None:
         seen = noise.deviation
-        lines.append(f"noise: none that matters ({seen:.1e} {unit}); {sure(recovered)}")
+        lines.append(f"noise: negligible ({seen:.1e} {unit}); {sure(recovered)}")
     else:
         rounded = f", at least the rounding to {noise.step:.3g} {unit}" if noise.step else ""
         lines.append(
@@ -470,7 +470,11 @@ def _series(
     if recovered.fit is not None:
         instants, _ = recovered.band(0)
         bands = {
-            name: (unit, recovered.band(order)[1], "half-width of the band that holds the truth")
+            name: (
+                unit,
+                recovered.band(order)[1],
+                "half-width of the band that contains the true motion",
+            )
             for order, (name, unit) in enumerate(
                 (("angle", "rad"), ("speed", "rad/s"), ("acceleration", "rad/s^2"))
             )

@@ -192,11 +192,14 @@ def _refuse_lengths(
     room = BEYOND * travel
     if not hint and abs(low) <= room and travel / 2 < high <= travel + room:
         hint = (
-            "; these look like lengths hauled in, from 0 on: give what is left of the rope, "
-            f"{longest:.6g} m less the length hauled in"
+            "; these look like lengths wound in, from 0 on: give the remaining rope length, "
+            f"{longest:.6g} m minus the length wound in"
         )
     if not hint:
-        hint = "; one rope is meant; state the truss that it belongs to, or correct the column"
+        hint = (
+            "; give the length of one rope, and the truss to which it belongs, or correct the "
+            "column"
+        )
     refuse(
         measured.path,
         f"has rope lengths from {low:.6g} to {high:.6g} m, but the rope of this truss is "
@@ -218,5 +221,5 @@ def _check_agreement(
             f"contradicts itself: at {measured.time[row]:.6g} s its angle of "
             f"{math.degrees(angle[row]):.4g} deg belongs to a rope of {expected[row]:.6g} m on "
             f"this truss, but its rope length is {length[row]:.6g} m; keep the right column, or "
-            "state the truss",
+            "give the parameters of the truss",
         )

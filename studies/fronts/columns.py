@@ -52,15 +52,20 @@ def front_series(
     main, rest = x.key, f"dominated {x.key}"
     return {
         main: Series(x.unit, main, column(points, "x"), "of the motion, the limited objective"),
-        y.key: Series(y.unit, main, column(points, "y"), "least under that limit"),
+        y.key: Series(y.unit, main, column(points, "y"), "minimum under this limit"),
         "limit": Series(x.unit, main, column(points, "limit"), "that was set"),
         "price": Series(
-            price_unit(y, x), main, -column(points, "slope"), "what one more of the limit saves"
+            price_unit(y, x),
+            main,
+            -column(points, "slope"),
+            "shadow price: reduction for one more unit of the limit",
         ),
-        "bound": Series(y.unit, main, bounds, "that no motion under the limit is below"),
+        "bound": Series(y.unit, main, bounds, "proven lower bound under the limit"),
         "way": Series("1", main, ways, "1 with rising limits, -1 with falling ones, 0 in a gap"),
-        "afresh": Series("1", main, column(points, "afresh"), "1 where a neighbour was no start"),
-        "seconds": Series("s", main, column(points, "seconds"), "that the point took"),
+        "afresh": Series(
+            "1", main, column(points, "afresh"), "1 if no neighbour was used as the start"
+        ),
+        "seconds": Series("s", main, column(points, "seconds"), "time for the point"),
         rest: Series(x.unit, rest, column(others, "x"), "of the motion"),
         f"dominated {y.key}": Series(y.unit, rest, column(others, "y"), "of the motion"),
     }

@@ -93,14 +93,16 @@ def _limits(panel: Axes, result: Result, limited: str, least: str) -> None:
         panel.plot(x, bound, color="0.35", lw=1, ls="--", label=result.details["bound"])
     if limited in result.bounds and limited not in open_ends:
         least_x = result.bounds[limited]
-        panel.axvline(least_x, color="0.35", lw=1, ls=":", label="proven: none is left of it")
+        panel.axvline(
+            least_x, color="0.35", lw=1, ls=":", label="proven: no motion is left of this line"
+        )
     for name, line in ((limited, panel.axvline), (least, panel.axhline)):
         if name in open_ends:
             line(open_ends[name], color=COLOURS[3], lw=1.2, ls="-.", label=_open(open_ends[name]))
 
 
 def _open(value: float) -> str:
-    return f"open end at {value:.6g}: no motion attains it"
+    return f"open end at {value:.6g}: no motion reaches it"
 
 
 def _heights(panel: Axes, y: Array, bound: Array, known: float) -> tuple[float, float]:

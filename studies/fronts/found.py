@@ -50,7 +50,7 @@ def front_found(subject: MechanismFront, points: int, *, coarse: bool) -> Pareto
             found.append(end)  # at once, so that nothing is lost where the user stops
     except PointNotFound as error:
         raise StudyError(
-            f"no motion was found at an end of the front: {error}; state a smaller range",
+            f"no motion was found at an end of the front: {error}; give a smaller range",
             ExitCode.NOT_SOLVED,
         ) from error
     except KeyboardInterrupt as stop:

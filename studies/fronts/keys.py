@@ -26,9 +26,8 @@ def objectives(known: Sequence[str], limited: Sequence[str]) -> Reader:
         items = [word.strip() for word in value.split(",")] if isinstance(value, str) else value
         if isinstance(items, list | tuple) and len(items) == 3:
             raise StudyError(
-                f"{name} is {quoted(value)}; give two of them, and for the third one a limit, or a "
-                "sweep over limits on it: antenna-ocp sweep with the subject 'pareto truss' or "
-                "'pareto arm'"
+                f"{name} is {quoted(value)}; give two of them, and limit the third, or sweep over "
+                "limits on it: antenna-ocp sweep with the subject 'pareto truss' or 'pareto arm'"
             )
         if not isinstance(items, list | tuple) or len(items) != 2:
             raise StudyError(f"{name} is {quoted(value)}; give two out of {', '.join(known)}")

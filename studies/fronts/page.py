@@ -23,7 +23,7 @@ def charts(result: Result) -> tuple[Chart, ...]:
     beside = [curve(law, f"{law} ", f"{law} {y.key}") for law in laws if law != "dominated"]
     found = curve(FRONT, "", y.key)
     price = result.arrays["price"]
-    title = f"price of the limit on {x.title}"
+    title = f"shadow price of the limit on {x.title}"
     return (
         Chart(FRONT, y.title, y.unit, (along,), (found, *beside), path=True),
         Chart(

@@ -13,7 +13,7 @@ from studies.common.result import Criterion, Result, Series
 from studies.fronts.columns import FrontAxis, front_details, front_series, law_series
 from studies.fronts.words import checks_of_points, front_in_words, front_verdict
 
-PROVEN = "proven: none is below"
+PROVEN = "proven: no motion is below"
 
 
 def named_points(

@@ -25,13 +25,13 @@ def front_in_words(front: ParetoFront, x: FrontAxis, y: FrontAxis) -> tuple[str,
         span = f"one verified point, {_at(first, x, y)}"
     sentences = [
         *front.remarks,
-        f"The front has {span}; dropped because others dominate them: {len(front.dominated)}.",
+        f"The Pareto front has {span}; dominated points removed: {len(front.dominated)}.",
     ]
     if front.knee is not None:
-        sentences.append(f"Its knee is at {_at(front.knee, x, y)}.")
+        sentences.append(f"Its knee point is at {_at(front.knee, x, y)}.")
     sentences += [
-        f"It has a gap between {number(a, 6)} and {number(b, 6)} {x.unit}: no point was found "
-        "there that no other dominates."
+        f"It has a gap between {number(a, 6)} and {number(b, 6)} {x.unit}: all points found there "
+        "are dominated."
         for a, b in front.gaps
     ]
 
@@ -48,7 +48,8 @@ def front_verdict(front: ParetoFront) -> Verdict:
         return Verdict("unverified", f"unverified: stopped with {words}")
     return Verdict(
         "local",
-        f"local: {count} verified points, each the best of walks from both ends of the front",
+        f"local: {count} verified points, each the better result of continuations from both ends "
+        "of the front",
     )
 
 
@@ -60,7 +61,7 @@ def checks_of_points(front: ParetoFront, y: FrontAxis, bounds: Array) -> tuple[C
     bounds : (points,) proven, nan where there is none.
     """
     count = float(len(front.points))
-    name = "points of the front whose motion meets all its checks"
+    name = "points of the Pareto front whose motion passes all its checks"
     checks = [Criterion(name, "1", count, count, True)]
 
     known = np.isfinite(bounds)
@@ -85,7 +86,7 @@ def open_end_in_words(sentence: str, value: float, nearest: float) -> str:
     above = f"{100 * (nearest / value - 1):.2g} %"
     return (
         f"An end of the front is open: {sentence}; the nearest point is {above} above it, and a "
-        "wider range may come nearer."
+        "wider range may come closer."
     )
 
 
@@ -94,8 +95,8 @@ def price_at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:
     more, share = (1.0, "") if x.key == "time" else (HUNDREDTH * point.limit, " (1 %)")
     saved = max(-point.slope, 0.0) * more
     return (
-        f"At {number(point.limit, 5)} {x.unit}: {number(more, 3)} {x.unit}{share} more of "
-        f"{x.title} saves {number(saved, 3)} {y.unit} of {y.title}, at this slope."
+        f"At {number(point.limit, 5)} {x.unit}: {number(more, 3)} {x.unit}{share} more {x.title} "
+        f"reduces the {y.title} by {number(saved, 3)} {y.unit} (shadow price)."
     )
 
 
@@ -112,9 +113,9 @@ def nothing_to_trade(
         return None
     x, y = axes
     return (
-        f"There is nothing to trade: {y.title} is {number(left.y, 4)} {y.unit} at "
+        f"There is no trade-off: {y.title} is {number(left.y, 4)} {y.unit} at "
         f"{number(left.limit, 5)} {x.unit} of {x.title} and {number(right.y, 4)} {y.unit} at "
-        f"{number(right.limit, 5)} {x.unit}, and a point is known to {100 * known:g} %."
+        f"{number(right.limit, 5)} {x.unit}, and the accuracy of a point is {100 * known:g} %."
     )
 
 
@@ -137,7 +138,7 @@ def dominated_law(
     head = f"{name} ({number(x, 5)} {across.unit}, {number(y, 6)} {up.unit})"
     also = f"; it breaks the cap on {', '.join(broken)}" if broken else ""
     if best is None:
-        return f"{head} is left of the front, where no point was looked for{also}."
+        return f"{head} is left of the front, outside its range{also}."
     gain = 1 - best.y / y
     if gain > TOLERANCE:
         return (

@@ -7,9 +7,9 @@ from studies.common.study import Mechanism, Study
 STUDY = Study(
     name="mission",
     summary="big arm, turn, small arm and ring within one time",
-    description="Shares the time of the whole deployment out among its stages, so "
-    "that the largest part of any cap that a stage uses is least; or finds the least total time "
-    "under the caps. Says what the ring's reaction does to the arm, for three laws.",
+    description="Divides the time of the whole deployment among its stages, with the minimum "
+    "utilisation: the largest fraction of a cap that any stage uses. Or finds the minimum total "
+    "time under the caps. Reports the effect of the ring's reaction on the arm, for three laws.",
     keys={"": "studies.mission.config:MissionStudy"},
     run="studies.mission.study:run",
     folder="mission-{0.least}",

@@ -47,7 +47,7 @@ class MissionStudy:
     least : "utilisation" for the least largest one in `total`, "time" for the least total under
         the caps.
     total : of stages and dwells [s]; None for the least one, which is what is found.
-    dwell : after each stage, for its latch and what has to come to rest [s].
+    dwell : dwell after each stage, for its latch and what has to come to rest [s].
     big_torque, small_torque : caps on the root's and the elbow's torque [N m].
     turn_torque, turn_acceleration : caps on the drive that turns the antenna about the big arm
         [N m, rad/s^2].
@@ -73,9 +73,9 @@ class MissionStudy:
         choice(AIMS), "", "utilisation (in total) or time (under the caps)", default="utilisation"
     )
     total: float | None = optional_key(
-        positive, "s", "of all stages and dwells; 36 if nothing is stated, none for the least time"
+        positive, "s", "time of all stages and dwells; by default 36, or none for the minimum time"
     )
-    dwell: float = key(not_negative, "s", "after each stage, for its latch", default=2.0)
+    dwell: float = key(not_negative, "s", "dwell after each stage, for its latch", default=2.0)
     big_torque: float = key(positive, "N m", "cap on the torque at the root", default=5.0)
     small_torque: float = key(positive, "N m", "cap on the torque at the elbow", default=12.0)
     turn_torque: float = key(
@@ -85,10 +85,13 @@ class MissionStudy:
         positive, "rad/s^2", "cap on the acceleration of that drive", default=2.0
     )
     residual_energy: float = key(
-        positive, "J", "cap on what each lock of the arm, and the ring, leaves", default=RESIDUAL
+        positive,
+        "J",
+        "cap on the residual energy after each lock of the arm, and after the ring",
+        default=RESIDUAL,
     )
     rope_force: float = key(positive, "N", "cap on the ring's force on one rope", default=60.0)
-    reaction: float = key(positive, "N", "cap on what the arm feels of the ring", default=5.0)
+    reaction: float = key(positive, "N", "cap on the reaction of the ring on the arm", default=5.0)
     jerk: Any = key(
         jerk_cap,
         "rad/s^3",
@@ -100,7 +103,12 @@ class MissionStudy:
     satellite_inertia: float | None = key_of(CarryingArm, "satellite_inertia")
     wheel_torque: float | None = key_of(ArmStudy, "wheel_torque")
     wheel_momentum: float | None = key_of(ArmStudy, "wheel_momentum")
-    refine: bool = key(boolean, "", "motions of the arm until the full model rests", default=True)
+    refine: bool = key(
+        boolean,
+        "",
+        "maximum number of rounds of the arm until the full model is at rest",
+        default=True,
+    )
     intervals: int = key(
         whole(0, 2000), "", "of the arm's meshes; 0 for those of arm solve", default=0
     )
@@ -120,16 +128,16 @@ class MissionStudy:
         if self.least == "time":
             if self.total is not None:
                 raise StudyError(
-                    f"total is {self.total:g} s, but with least = time the total is what is looked "
-                    "for; leave total out, or ask for the least utilisation in it"
+                    f"total is {self.total:g} s, but with least = time the total is the result; "
+                    "remove total, or use least = utilisation"
                 )
             return
         if self.total is None:
             object.__setattr__(self, "total", TOTAL)
         if self.moving <= 0.0:
             raise StudyError(
-                f"total is {self.total:g} s, but four dwells of {self.dwell:g} s leave nothing to "
-                "move in; give more, or shorter dwells",
+                f"total is {self.total:g} s, but four dwells of {self.dwell:g} s leave no time "
+                "for motions; give a longer total, or shorter dwells",
                 ExitCode.INFEASIBLE,
             )
 
@@ -173,10 +181,12 @@ class MissionStudy:
     def question(self) -> str:
         """What is asked, in one line."""
         if self.least == "time":
-            return f"big arm, turn, small arm, ring, {self.dwell:g} s after each: least total time"
+            return (
+                f"big arm, turn, small arm, ring, {self.dwell:g} s after each: minimum total time"
+            )
         return (
             f"big arm, turn, small arm and ring in {self.total:g} s, {self.dwell:g} s after each: "
-            "least largest utilisation"
+            "minimum utilisation"
         )
 
 

@@ -86,7 +86,8 @@ def caps_figure(result: Result) -> Figure:
     uses = [(stage["stage"], use) for stage in stages for use in stage["uses"]]
     figure = Figure(figsize=(10.0, 1.2 + 0.36 * len(uses)), dpi=150, layout="constrained")
     figure.suptitle(
-        "Use of each cap (pale: not a part of the utilisation, as the motion was planned with it)",
+        "Use of each cap (pale: not part of the utilisation, because the motion was planned with "
+        "it)",
         fontsize=12,
     )
     panel = figure.subplots()
@@ -109,7 +110,7 @@ def caps_figure(result: Result) -> Figure:
     panel.axvline(100.0, color="0.4", lw=0.8, ls=":", zorder=0)
     panel.set_xscale("log")
     panel.set_xlim(LEAST_SHOWN, ROOM * max(100.0, *shares))
-    label_axes(panel, "part of the cap [%], dotted: all of it", "")
+    label_axes(panel, "fraction of the cap [%], dotted: 100 %", "")
     panel.set_yticks(range(len(uses)), [f"{name}: {use['title']}" for name, use in uses])
     panel.invert_yaxis()
     return figure
@@ -169,7 +170,7 @@ def _draw_drives(panel: Axes, result: Result, stages: Sequence[Mapping[str, Any]
             panel.plot(time[inside], reaction, "--", color=COLOURS[3], label="reaction of the ring")
     for sign in (-1.0, 1.0):
         panel.axhline(sign, color="0.4", lw=0.8, ls=":")
-    label_axes(panel, "time [s]", "part of the cap [-]")
+    label_axes(panel, "time [s]", "fraction of the cap [-]")
     _legend_above(panel)
 
 

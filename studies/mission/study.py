@@ -253,7 +253,7 @@ def _mission(
 
     alone = None
     if not stopped:
-        console.progress("ring: the same time without the arm, to compare with")
+        console.progress("ring: the same time without the arm, for comparison")
         alone = kept.step(
             WITHOUT,
             lambda: move_ring_alone(study, ring.law.duration, console),
@@ -421,7 +421,7 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
         ),
         TableRow(
             "utilisation",
-            "largest part of a cap that is used",
+            "utilisation (largest fraction of a cap)",
             "1",
             {"mission": max(motion.utilisation for motion in mission.motions)}
             | {name: motion.utilisation for name, motion in motions.items()},
@@ -476,7 +476,7 @@ def _rows_of_the_root(
 def _turned_in_words(mission: Mission) -> str:
     """How far a free satellite turns about each axis, or that it is held."""
     H = mission.study.satellite_inertia
-    left_out = "Translation of the satellite is left out."
+    left_out = "The model does not include the translation of the satellite."
     if H is None:
         return f"The satellite is held. {left_out}"
     turned = {motion.name: motion.history["turn"][-1] for motion in mission.motions}
@@ -487,14 +487,14 @@ def _turned_in_words(mission: Mission) -> str:
     about = ", ".join(f"{d:.4g} deg about the axis of the {j}" for j, d in degrees.items())
     return (
         f"The satellite of {H:g} kg m^2 about each axis turns by {about}. Each of these turns is "
-        f"worked out alone, and none is added to another. {left_out}"
+        f"computed separately. {left_out}"
     )
 
 
 def _verdict(mission: Mission) -> Verdict:
     if mission.stopped:
         found = " and the ".join(motion.name for motion in mission.motions)
-        return Verdict("unverified", f"unverified: stopped with motions of the {found}")
+        return Verdict("unverified", f"unverified: stopped after motions of the {found} were found")
     failed = [motion.name for motion in mission.motions if not motion.passed]
     if failed:
         return Verdict("unverified", f"unverified: the motion of the {' and the '.join(failed)}")
@@ -506,8 +506,8 @@ def _verdict(mission: Mission) -> Verdict:
     stages = ", ".join(f"{m.name} {m.duration:.5g} s" for m in mission.motions)
     return Verdict(
         "local",
-        f"local: {stages}; each stage's motion is one optimum, replayed, and the split is best "
-        "among motions of these kinds",
+        f"local: {stages}; the motion of each stage is one optimum, confirmed by a replay, and "
+        "the split is optimal among motions of these kinds",
     )
 
 
@@ -515,10 +515,10 @@ def _broken_caps(mission: Mission) -> str:
     """That the caps are not kept in the mission's time, and in what time they would be."""
     needed = sum(curve.duration_for(1.0) + mission.study.dwell for curve in mission.curves)
     worst = mission.largest
-    over = f"the {worst.name} uses {100 * worst.shared_by:.4g} % of its own"
+    over = f"the {worst.name} uses {100 * worst.shared_by:.4g} % of its cap"
     by_time = mission.study.least == "time"
     found = (
-        f"in the least time found, {mission.total:.5g} s, a cap is broken: {over}"
+        f"in the minimum time found, {mission.total:.5g} s, a cap is exceeded: {over}"
         if by_time
         else f"no split of {mission.total:.5g} s was found that keeps all caps, {over}"
     )
@@ -534,7 +534,7 @@ def _broken_caps(mission: Mission) -> str:
         )
 
     if by_time:
-        return f"{found}; ask for --total {needed:.3g} or a little more"
+        return f"{found}; use --total {needed:.3g} or slightly more"
     over = ", ".join(
         f"{up(use.value)} {use.unit} for the {use.title} of the {motion.name}"
         for motion in mission.motions
@@ -542,8 +542,8 @@ def _broken_caps(mission: Mission) -> str:
         if use.share > 1.0 + WITHIN
     )
     return (
-        f"{found}; a total of about {needed:.3g} s would do, see --least time, or in this time "
-        f"caps of {over}"
+        f"{found}; use a total of about {needed:.3g} s (see --least time), or in this time caps of "
+        f"{over}"
     )
 
 
@@ -568,9 +568,9 @@ def _checks(mission: Mission) -> tuple[Criterion, ...]:
 
 def _of_more_time(name: str, slope: float) -> str:
     """What one per cent more time saves of a stage, by the slope of log u against log T."""
-    saved = "hardly lowers what it uses"
+    saved = "hardly lowers its utilisation"
     if -slope > UNFELT:
-        saved = f"lowers what it uses by {-slope:.3g} %"
+        saved = f"lowers its utilisation by {-slope:.3g} %"
     return f"1 % more time for the {name} {saved}."
 
 
@@ -583,11 +583,12 @@ def _cost_of_rest(mission: Mission) -> tuple[str, ...]:
     left = mission.responses[WITHOUT].energy
     more = 100 * (with_arm["peak-reaction"] / without["peak-reaction"] - 1)
     return (
-        f"The ring leaves {mission.responses['optimal'].energy:.3g} J in the arm. That costs a "
-        f"peak reaction of {with_arm['peak-reaction']:.4g} N instead of "
-        f"{without['peak-reaction']:.4g} N ({more:.2g} % more) and a utilisation of "
-        f"{ring.shared_by:.4g} instead of {alone.shared_by:.4g} in the same time. The best motion "
-        f"that leaves the arm out leaves {left:.3g} J in it.",
+        "The residual energy of the arm after the ring's motion is "
+        f"{mission.responses['optimal'].energy:.3g} J. This needs a peak reaction of "
+        f"{with_arm['peak-reaction']:.4g} N instead of {without['peak-reaction']:.4g} N "
+        f"({more:.2g} % more) and a utilisation of {ring.shared_by:.4g} instead of "
+        f"{alone.shared_by:.4g} in the same time. After the best motion planned without the arm, "
+        f"the residual energy is {left:.3g} J.",
     )
 
 
@@ -602,11 +603,9 @@ def _remarks(mission: Mission) -> list[str]:
     ]
 
     if mission.stopped:
-        remarks.insert(
-            0, f"Stopped before time was shared out; until then the caps' use is: {said}."
-        )
+        remarks.insert(0, f"Stopped before the time was divided; utilisation so far: {said}.")
     elif most / least <= 1.0 + EQUAL:
-        remarks.insert(0, f"All stages use their caps alike: {said}.")
+        remarks.insert(0, f"All stages have the same utilisation: {said}.")
     else:
         slow = [
             c.name
@@ -614,18 +613,18 @@ def _remarks(mission: Mission) -> list[str]:
             if m.duration >= c.floor
         ]
         why = (
-            f"more time hardly helps the {' and the '.join(slow)}"
+            f"more time hardly lowers that of the {' and the '.join(slow)}"
             if slow
-            else "the search for the split ended before they were alike"
+            else "the search for the split ended before they were equal"
         )
-        remarks.insert(0, f"The stages do not use their caps alike: {said}; {why}.")
+        remarks.insert(0, f"The stages have different utilisations: {said}; {why}.")
 
     more = [m for m in mission.motions if m.utilisation > m.shared_by]
     if more:
         beside = ", ".join(f"{m.name} {100 * m.utilisation:.4g} %" for m in more)
         remarks[0] += (
-            " That leaves the residual energy out, as no motion of the arm was refined; with it: "
-            f"{beside}."
+            " This does not include the residual energy, because no motion of the arm was refined; "
+            f"with it: {beside}."
         )
 
     for curve, motion in zip(mission.curves, mission.motions, strict=True):
@@ -633,9 +632,9 @@ def _remarks(mission: Mission) -> list[str]:
         remarks.append(_of_more_time(curve.name, slope))
     remarks += [*_cost_of_rest(mission), *mission.bars.sentences, _turned_in_words(mission)]
     remarks.append(
-        "The antenna turns by 90 deg about the big arm, which twists and does not bend then; the "
-        "drive stands at its root. The ring's centre is seen from the tip at "
+        "The antenna turns by 90 deg about the big arm, which then twists but does not bend; the "
+        "drive is at its root. The ring's centre is seen from the tip at "
         f"{mission.study.reaction_angle_deg:g} deg to the straight arm, and the reaction is that "
-        "of a ring on a tip that is held."
+        "of a ring on a fixed tip."
     )
     return remarks

@@ -6,10 +6,10 @@ from studies.common.study import Study, Swept
 
 STUDY = Study(
     name="pareto truss",
-    summary="what less of one objective of the truss costs in another",
-    description="Finds the front of two objectives of the truss: the least of one under each limit "
-    "on the other, from both ends, with prices, knee and gaps, and compares it with proven bounds "
-    "and the paper's laws. Every point is a verified motion.",
+    summary="the trade-off between two objectives of the truss (Pareto front)",
+    description="Finds the Pareto front of two objectives of the truss: the minimum of one under "
+    "each limit on the other, from both ends, with shadow prices, knee point and gaps, and "
+    "compares it with proven bounds and the paper's laws. Every point is a verified motion.",
     keys={"pareto": "studies.pareto.config:TradeOff", "": "studies.truss.config:TrussStudy"},
     without=("minimise",),
     read="studies.pareto.config:study_from",

@@ -41,8 +41,8 @@ def _objectives(name: str, value: Any) -> tuple[str, ...]:
     names: tuple[str, ...] = keys.objectives(KNOWN, LIMITED)(name, value)
     if names[0] not in LIMITED:
         raise StudyError(
-            f"{name} has {' and '.join(names)}, neither of which can be limited while the "
-            "other is least; give one of them together with time, or with a quantity that has a cap"
+            f"{name} has {' and '.join(names)}, neither of which can be limited while the other is "
+            "minimised; give one of them together with time, or with a quantity that has a cap"
         )
     return names
 
@@ -60,13 +60,14 @@ class TradeOff:
     objectives: Any = key(
         _objectives,
         "",
-        f"two out of {', '.join(OBJECTIVES)} and peak-jerk: one is limited, the other one is least",
+        f"two out of {', '.join(OBJECTIVES)} and peak-jerk: one is limited, the other one is "
+        "minimised",
     )
     points: int | None = optional_key(
-        whole(3, 500), "", f"about so many on the front, {POINTS} unless stated"
+        whole(3, 500), "", f"approximate number of points of the front; by default {POINTS}"
     )
     range: Any = optional_key(
-        two_limits, "", "lowest and highest limit, in its SI unit; unless stated, all that there is"
+        two_limits, "", "lowest and highest limit, in its SI unit; by default the whole front"
     )
     coarse: bool = key(boolean, "", keys.COARSE_MEANING, default=False)
 
@@ -112,8 +113,8 @@ class ParetoStudy:
             )
         if pareto.limited == "time" and pareto.range is not None:
             raise StudyError(
-                "pareto.range limits the duration, and so does duration = [low, high]; leave "
-                "one of them out: the range"
+                "pareto.range and duration = [low, high] both limit the duration; remove one of "
+                "them: the range"
             )
 
     @property
@@ -151,15 +152,11 @@ def study_from(raw: Mapping[str, Any]) -> ParetoStudy:
     """
     own = [field.name for field in dataclasses.fields(TrussStudy) if field.name != "minimise"]
     if "minimise" in raw:
-        raise StudyError(
-            "a trade-off takes its objectives from pareto.objectives; leave out minimise"
-        )
+        raise StudyError("a trade-off uses the objectives of pareto.objectives; remove minimise")
     check_keys(raw, ["pareto", *own])
     stated = table("pareto", raw.get("pareto", {}))
     if "objectives" not in stated:
-        raise StudyError(
-            "no objectives are stated; give two: --objectives A,B or pareto.objectives"
-        )
+        raise StudyError("no objectives are given; give two: --objectives A,B or pareto.objectives")
     pareto = from_mapping(TradeOff, stated, "pareto.")
     rest = {name: value for name, value in raw.items() if name != "pareto"}
     truss = truss_config.study_from({**rest, "minimise": pareto.least})

@@ -67,8 +67,9 @@ def both_ends(
     if high_limit <= lows[0]:
         limited = QUANTITIES[traded.limited]
         raise StudyError(
-            f"there is nothing to trade: the least {QUANTITIES[traded.least].title} comes with the "
-            f"least {limited.title}, {least:.6g} {limited.unit}"
+            "there is no trade-off: the same motion has the minimum "
+            f"{QUANTITIES[traded.least].title} and the minimum {limited.title}, {least:.6g} "
+            f"{limited.unit}"
         )
     return FrontEnd(lows, slow), FrontEnd((high_limit,), law)
 
@@ -86,7 +87,7 @@ def _highest_limit(
     high = stated or traded.value(law)
     if not math.isfinite(high):  # the jerk of an acceleration that steps
         raise StudyError(
-            f"the motion of the least {QUANTITIES[traded.least].title} has no "
+            f"the motion with the minimum {QUANTITIES[traded.least].title} has no finite "
             f"{QUANTITIES[traded.limited].title}: give --range, e.g. {low:.4g}..{FAR * low:.4g}"
         )
     return high, law

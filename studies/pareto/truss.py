@@ -171,7 +171,9 @@ class TrussFront:
             try:
                 return self._point(program, limit, None, way, afresh=False)
             except PointNotFound as error:
-                self.console.progress(f"no motion was found at {limit:.6g}: {error}")
+                self.console.progress(
+                    f"point at {limit:.6g} skipped, because no motion was found: {error}"
+                )
         return self._point(program, limits[-1], None, way, afresh=False)
 
     def near(self, limit: float, before: FrontPoint, way: FrontWay) -> FrontPoint:
@@ -261,7 +263,10 @@ class TrussFront:
             return point, second
         deployment, failed = self.traded.held(program, point.limit, second.solution)
         if failed:
-            words = f"FAILED: {name}: a better motion was found that keeps not all limits"
+            words = (
+                f"FAILED: {name}: the second solve found a better motion, which does not keep all "
+                "limits"
+            )
             return point, replace(second, check=replace(second.check, passed=False, sentence=words))
         value, seconds = second.solution.objective, point.seconds
         trial = Trial(name, second.solution, None, value, seconds)

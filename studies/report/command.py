@@ -157,7 +157,7 @@ def input_text(folder: Path) -> str:
     try:
         return path.read_text("utf-8") if path.is_file() else ""
     except (OSError, UnicodeDecodeError) as error:
-        raise StudyError(f"{path} cannot be read ({error}); put it right or away") from error
+        raise StudyError(f"{path} cannot be read ({error}); repair or delete it") from error
 
 
 def draw_figures(

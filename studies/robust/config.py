@@ -187,17 +187,18 @@ class RobustTrussStudy:
         if study.minimise != ({"peak-force": 1.0},):
             asked = ", ".join(study.objectives)
             raise StudyError(
-                f"a robust law has the least worst peak-force, but minimise is {asked}; "
-                "leave it out or state peak-force"
+                f"a robust law minimises the worst peak-force, but minimise is {asked}; remove it "
+                "or give peak-force"
             )
         stated = dataclasses.asdict(study.caps)
         others = [name for name, cap in stated.items() if cap and name not in CAPS]
         if others:
             raise StudyError(
-                f"caps.{others[0]} holds for one truss only; a robust law knows {', '.join(CAPS)}"
+                f"caps.{others[0]} applies to one truss only; a robust law supports "
+                f"{', '.join(CAPS)}"
             )
         if study.drive is not None:
-            raise StudyError("a robust law knows no [drive]; state its limits as caps")
+            raise StudyError("a robust law does not support [drive]; give its limits as caps")
         if study.fixed_duration is None:
             raise StudyError(f"duration is {study.duration}; a robust law needs one number [s]")
 

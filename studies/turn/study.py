@@ -199,7 +199,7 @@ def _table(study: TurnStudy, moved: Mapping[str, TurnResponse]) -> tuple[TableRo
         parts = {law: value / study.most_torque for law, value in peaks("torque").items()}
         if h is not None:
             parts = {law: max(part, handed[law] / h) for law, part in parts.items()}
-        title, least = "largest part of a cap that is used", least_utilisation(study)
+        title, least = "utilisation (largest fraction of a cap)", least_utilisation(study)
         shared = (row("utilisation", title, "1", parts, cap=1.0, bound=least, minimised=True),)
     return (
         *shared,

@@ -63,8 +63,8 @@ FAST = (*TIMELESS, "--duration", "5")
         (FORCE[:2], 2, "--objective has no value; antenna-ocp truss --help explains"),
         ((*FAST, "--overwrite=3"), 2, "--overwrite takes no value, but '3' is given"),
         # the flag that was typed is named, and not the key that it states
-        ((*FAST, "--power-cap=--"), 2, "--power-cap is '--', which is no value"),
-        ((*FORCE, "--starts", "1..2", "--margin=--"), 2, "--margin is '--', which is no value"),
+        ((*FAST, "--power-cap=--"), 2, "--power-cap is '--', which is not a value"),
+        ((*FORCE, "--starts", "1..2", "--margin=--"), 2, "--margin is '--', which is not a value"),
         ((*FAST, "--power-cap", "a"), 2, "antenna-ocp: --power-cap is 'a'; give"),
         ((*FAST, "--power-cap=a"), 2, "antenna-ocp: --power-cap is 'a'; give"),
         ((*FAST, "--pow", "a"), 2, "unknown flag --pow; did you mean --power-cap?"),
@@ -222,7 +222,7 @@ def test_help_lists_every_sub_command_and_exit_code(capsys: pytest.CaptureFixtur
         assert summary(name) in text
     for code in ExitCode:
         assert code.meaning in text
-    assert "no sub-command is given" in answer([], capsys)
+    assert "a sub-command is missing" in answer([], capsys)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

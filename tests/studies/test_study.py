@@ -200,7 +200,7 @@ def check_a_profile(folder: Path, environment: dict[str, str]) -> None:
 def test_a_study_that_judges_no_profile_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "rise.csv", "--study", "truss"]) == ExitCode.BAD_INPUT
     said = capsys.readouterr().err
-    assert "--study is 'truss', no study that judges profiles" in said
+    assert "--study is 'truss', which is not a study that checks profiles" in said
 
 
 @pytest.mark.parametrize(

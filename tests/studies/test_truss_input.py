@@ -22,7 +22,7 @@ def sentence(words, capsys, code=ExitCode.BAD_INPUT):
 
 def test_a_flag_that_is_given_twice_is_refused(capsys):
     said = sentence([*FAST, "--duration=6"], capsys)
-    assert said == "antenna-ocp: --duration is given twice; leave one of them out"
+    assert said == "antenna-ocp: --duration is given twice; remove one of them"
 
 
 @pytest.mark.parametrize(

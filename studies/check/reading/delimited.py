@@ -84,11 +84,13 @@ def _layout(path: Path) -> TextLayout:
     fits = (_fits(lines, others, *pair, encoding) for pair in tried)
     found = [fit for fit in fits if fit is not None]
     if _is_ambiguous(lines):
-        refuse(path, "has commas both between cells and as decimal sign; separate by semicolons")
+        refuse(
+            path, "has commas both between cells and as decimal sign; separate cells by semicolons"
+        )
     if not found:
         refuse(
             path,
-            "holds no rows of numbers that are alike; give a first row like 'time [s],angle [rad]' "
+            "contains no consistent rows of numbers; give a first row like 'time [s],angle [rad]' "
             "and one number a cell, such as 1.5e-3",
         )
     _, layout = max(found, key=lambda item: item[0])

@@ -249,7 +249,7 @@ def _column(table: RawTable, quantity: str, place: int, header: str, unit: str) 
         refuse(
             table.path,
             f"has the header '{header}', but '{unit}' is no unit of {dimension}; write one of "
-            f"{some}, or say it by --column {quantity}=HEADER:UNIT",
+            f"{some}, or give it by --column {quantity}=HEADER:UNIT",
         )
     return Column(quantity, place, header, unit, factor)
 

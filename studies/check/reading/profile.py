@@ -136,7 +136,7 @@ def _complete(
     names = ", ".join(f"'{column.header}'" for column in chosen)
     return (
         np.flatnonzero(whole),
-        (f"{lacking} rows without a number in each of {names} are left out",),
+        (f"{lacking} rows without a number in each of {names} are ignored",),
     )
 
 
@@ -180,8 +180,8 @@ def _check_finite(table: RawTable, column: Column, array: Array) -> None:
     if array.size < LEAST_ROWS:
         refuse(
             table.path,
-            f"has {array.size} rows; give at least {LEAST_ROWS}, so that the motion between them "
-            "is known",
+            f"has {array.size} rows; give at least {LEAST_ROWS}, so that the motion between the "
+            "rows is determined",
         )
     bad = np.flatnonzero(~np.isfinite(array))
     if bad.size:
@@ -189,7 +189,7 @@ def _check_finite(table: RawTable, column: Column, array: Array) -> None:
         refuse(
             table.path,
             f"has no finite number in '{column.header}' in {table.line_of(int(bad[0]))}{more}; "
-            "give a number there or leave the row out",
+            "give a number there or remove the row",
         )
 
 
@@ -202,9 +202,9 @@ def _check_times(table: RawTable, time: Array) -> None:
     row = int(bad[0]) + 1
     what = "repeats" if step[row - 1] == 0 else "is earlier than"
     remedy = (
-        "keep one row an instant, or write the times with more digits if they were rounded"
+        "keep one row for each instant, or write the times with more digits if they were rounded"
         if step[row - 1] == 0
-        else "sort the rows by time, and keep one run a file"
+        else "sort the rows by time, and keep one run in each file"
     )
     refuse(
         table.path,
@@ -226,14 +226,14 @@ def _check_units(table: RawTable, values: Sequence[tuple[Column, Array]]) -> Non
             refuse(
                 table.path,
                 f"has angles up to {largest:.6g} in '{column.header}', {stated}: these look like "
-                f"{like}; say the unit, as in"
+                f"{like}; give the unit, as in"
                 + columns_named(table, [column for column, _ in values], **{column.quantity: unit}),
             )
         if column.unit and 0 < np.degrees(float(np.abs(array).max())) < TURNED and largest < TURNED:
             refuse(
                 table.path,
                 f"has angles of at most {largest:.6g} {column.unit} in '{column.header}': these "
-                "look like radians; say the unit, as in"
+                "look like radians; give the unit, as in"
                 + columns_named(
                     table, [column for column, _ in values], **{column.quantity: "rad"}
                 ),

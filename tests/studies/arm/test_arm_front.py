@@ -44,7 +44,7 @@ def test_the_one_that_is_easy_to_limit_is_limited_and_a_study_is_made_again():
         ({"objectives": "time"}, "give two out of time, residual-energy"),
         (
             {"objectives": "deflection,time,peak-torque"},
-            "a sweep over limits on it: antenna-ocp sweep with the subject",
+            "sweep over limits on it: antenna-ocp sweep with the subject",
         ),
         ({"objectives": "time,residual-energy"}, "sweep the duration of antenna-ocp arm solve"),
         ({"objectives": "time,time"}, "names time twice"),
@@ -189,8 +189,8 @@ def test_ends_that_are_alike_leave_nothing_to_trade_and_a_figure_shows_it(monkey
     result = result_of(subject, walked, laws)
     assert result.passed
     assert result.remarks[0] == (
-        "There is nothing to trade: peak torque is 3.3 N m at 8.6 s of duration and 3.28 N m at "
-        "8.7 s, and a point is known to 1 %."
+        "There is no trade-off: peak torque is 3.3 N m at 8.6 s of duration and 3.28 N m at 8.7 s, "
+        "and the accuracy of a point is 1 %."
     )
     [(_, figure)] = draw(result)
     low, high = figure.axes[0].get_ylim()

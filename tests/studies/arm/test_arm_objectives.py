@@ -159,7 +159,7 @@ def test_a_torque_that_is_no_number_says_when_and_what_to_change(monkeypatch, ca
         (["solve", "--dwell", "3"], "unknown flag --dwell"),
         (["solve", "--elements", "1e12"], "elements is 1e+12; give a whole number from 1 to 1000"),
         (["least-duration", "--stage", "both"], "turns one joint, the stage 'both' both"),
-        (["--stage", "big"], "before --stage comes one of solve, baselines"),
+        (["--stage", "big"], "needs a sub-command before --stage: solve, baselines"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, words, capsys, tmp_path):

@@ -125,12 +125,12 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
     "milliradians as radians": (
         "a.csv",
         text("t,angle [rad]", TIME, 1e3 * ANGLE),
-        "look like milliradians; say the unit",
+        "look like milliradians; give the unit",
     ),
     "length hauled in": (
         "a.csv",
         text("t,rope_length [m]", TIME, ROPE[0] - ROPE),
-        "look like lengths hauled in, from 0 on: give what is left of the rope",
+        "look like lengths wound in, from 0 on: give the remaining rope length",
     ),
     "radians as degrees": ("a.csv", text("t,angle [deg]", TIME, ANGLE), "look like radians"),
     "two angles": ("a.csv", text("t,angle,angle_deg", TIME, ANGLE, 1.1 * DEGREES), "contradicts"),
@@ -151,7 +151,7 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
     "commas of both kinds": (
         "a.csv",
         text("time,angle", TIME, ANGLE, decimal=",", digits=".3f"),
-        "separate by semicolons",
+        "separate cells by semicolons",
     ),
     "exponents of Fortran": (
         "a.csv",
@@ -169,7 +169,11 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
         "row 31 below the header has more cells",
     ),
     "empty": ("a.csv", lambda path: path.write_bytes(b""), "is empty"),
-    "header only": ("a.csv", lambda path: path.write_text("time,angle\n"), "no rows of numbers"),
+    "header only": (
+        "a.csv",
+        lambda path: path.write_text("time,angle\n"),
+        "no consistent rows of numbers",
+    ),
     "binary": ("a.bin", lambda path: path.write_bytes(bytes(range(256)) * 9), "is not text"),
     "HDF5": ("a.mat", lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(9)), "-v7"),
     "old Excel": ("a.xls", lambda path: path.write_bytes(b"\xd0\xcf\x11\xe0" + bytes(9)), ".xlsx"),

@@ -157,7 +157,7 @@ def test_rest_that_only_the_curve_has_fails_by_the_rows() -> None:
     rate = end_rate(np.arange(20.0), np.arange(20.0) ** 2, np.full(20, 1e-9), 2, (JERK,))
     criterion = at_rest(NAME, "rad/s^2", 0.0, rate, 1e-8)
     assert not criterion.passed
-    assert "though the curve is drawn at rest" in criterion.sentence
+    assert "although the smoothed curve is at rest" in criterion.sentence
 
 
 @pytest.mark.parametrize(("rates", "noise"), [(False, 0.0), (True, 0.0), (False, 1e-5)])

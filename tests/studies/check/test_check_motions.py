@@ -80,7 +80,7 @@ def test_a_cap_is_broken_only_beyond_the_noise(sigma: float, words: str, tmp_pat
     result = check(path, acceleration=0.9 * peak)
     (failed,) = [c for c in result.checks if not c.passed]
     assert words in failed.sentence
-    assert result.verdict.sentence.startswith("no, it breaks 1 of")
+    assert result.verdict.sentence.startswith("no, it fails 1 of")
 
 
 @pytest.mark.parametrize("columns", [("time", "angle"), ("time", "rope_length")])
@@ -146,7 +146,7 @@ def test_a_study_of_least_time_lends_its_caps(aims: str, tmp_path: Path, capsys)
     code = main(["check", str(profile), str(study), *words])
     # the Bezier law reaches 0.0188 rad/s
     assert code == ExitCode.OK
-    told = "least time, and the profile takes 140 s" in capsys.readouterr().out
+    told = "minimises the time, but the profile takes 140 s" in capsys.readouterr().out
     assert told == ("energy" not in aims)
 
 
@@ -160,7 +160,7 @@ def test_a_cap_within_the_noise_is_named_as_not_decided(part: float, tmp_path: P
     cap = part * check(path).value("peak-acceleration")
     result = check(path, acceleration=cap)
     assert result.passed
-    assert "breaks none of" in result.verdict.sentence
+    assert "fails none of" in result.verdict.sentence
     assert "1 is not decided: peak angular acceleration" in result.verdict.sentence
     (open_still,) = [c.sentence for c in result.checks if not c.decided]
     assert open_still.startswith("not decided: peak angular acceleration")
@@ -168,7 +168,7 @@ def test_a_cap_within_the_noise_is_named_as_not_decided(part: float, tmp_path: P
     assert "1 not decided" in said
     assert "verified" not in said
     far = check(path, acceleration=2 * cap)
-    assert "keeps all" in far.verdict.sentence
+    assert "passes all" in far.verdict.sentence
     assert "verified: all" in outcome_text(far)
 
 

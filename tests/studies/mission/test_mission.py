@@ -195,12 +195,12 @@ def test_the_result_is_a_timeline_of_the_whole_time(folder: Path) -> None:
     assert list(durations) == list(SIZES)
     for name, duration in durations.items():  # of 28 s beside the dwells
         assert duration == pytest.approx(28 * math.sqrt(SIZES[name]) / LEAST, rel=2 * EQUAL)
-    assert any("All stages use their caps alike" in remark for remark in result.remarks)
+    assert any("All stages have the same utilisation" in remark for remark in result.remarks)
     assert any("The links bend the cross-bars" in remark for remark in result.remarks)
     assert any("buckling load" in check.name for check in result.checks)
     assert result.value("arm-energy", "ring by Step5") > 0.0
     assert result.value("arm-energy-particle", "ring by optimum without arm") > 0.0
-    assert any("That costs a peak reaction of" in remark for remark in result.remarks)
+    assert any("This needs a peak reaction of" in remark for remark in result.remarks)
 
 
 def test_turns_about_different_axes_are_not_added(
@@ -295,7 +295,7 @@ def test_the_wheels_shape_the_turn_of_a_mission_as_a_linear_program_says() -> No
 
 def test_the_page_sets_no_stage_beside_the_mission_as_another_law(folder: Path) -> None:
     (sentence,) = words.answer(Result.load(folder))
-    assert sentence.startswith("The largest part of a cap that is used is 0.52")
+    assert sentence.startswith("The utilisation (largest fraction of a cap) is 0.52")
     assert all(f"{stage} 0.52" in sentence for stage in SIZES)
     assert "best of the other laws" not in sentence
     assert not words.compared(Result.load(folder))
@@ -375,8 +375,11 @@ def test_the_ring_of_a_mission_meets_both_caps_at_least_cost() -> None:
 @pytest.mark.parametrize(
     ("raw", "sentence"),
     [
-        ({"total": 5.0}, "four dwells of 2 s leave nothing to move in"),
-        ({"least": "time", "total": 5.0}, "total is 5 s, but with least = time the total is what"),
+        ({"total": 5.0}, "four dwells of 2 s leave no time for motions"),
+        (
+            {"least": "time", "total": 5.0},
+            "total is 5 s, but with least = time the total is the result",
+        ),
         ({"least": "tme"}, "did you mean time"),
         ({"big_torqe": 3.0}, "did you mean big_torque"),
         ({"rope_force": -1.0}, "rope_force is -1"),
@@ -453,7 +456,7 @@ def test_a_stage_that_no_time_helps_is_sent_to_its_caps(asked, monkeypatch) -> N
 
     _moved_by(monkeypatch, move)
     sentence = work.run(study_from(asked)).verdict.sentence
-    assert "the ring uses 2000 % of its own" in sentence
+    assert "the ring uses 2000 % of its cap" in sentence
     assert sentence.endswith(
         "so raise its caps on the peak rope force and the peak reaction on the arm"
     )
@@ -470,8 +473,8 @@ def test_a_least_time_that_breaks_a_cap_does_not_send_the_user_to_itself() -> No
         study=SimpleNamespace(least="time", dwell=2.0),
     )
     sentence = work._verdict(mission).sentence
-    assert "in the least time found, 30 s, a cap is broken: the ring uses 102 %" in sentence
-    assert "ask for --total 31 or a little more" in sentence
+    assert "in the minimum time found, 30 s, a cap is exceeded: the ring uses 102 %" in sentence
+    assert "use --total 31 or slightly more" in sentence
 
 
 def test_what_an_unrefined_arm_leaves_is_checked_but_shares_out_no_time() -> None:
@@ -510,6 +513,7 @@ def test_no_motion_begins_from_one_of_another_duration() -> None:
 
 def test_more_time_that_saves_nothing_is_said_in_words() -> None:
     assert (
-        work._of_more_time("ring", -0.0) == "1 % more time for the ring hardly lowers what it uses."
+        work._of_more_time("ring", -0.0)
+        == "1 % more time for the ring hardly lowers its utilisation."
     )
-    assert work._of_more_time("ring", -2.0).endswith("lowers what it uses by 2 %.")
+    assert work._of_more_time("ring", -2.0).endswith("lowers its utilisation by 2 %.")

@@ -56,13 +56,13 @@ def test_the_one_that_is_easy_to_limit_is_limited(objectives, limited, least):
         (stated(["energy", "peak-motor-load"]), "neither of which can be limited"),
         (stated(["time", "peak-jerk"]), "needs bounds"),
         (stated(["time", "peak-force"]), "needs bounds"),
-        (stated(minimise="energy"), "leave out minimise"),
+        (stated(minimise="energy"), "remove minimise"),
         (stated(pareto={"points": 2}), "at least 3"),
         (stated(pareto={"range": [2, 1]}), "lower limit first"),
         (stated(pareto={"rnage": [1, 2]}), "did you mean pareto.range"),
         (
             stated(["time", "energy"], duration=[5, 9], caps={}, pareto={"range": [5, 6]}),
-            "leave one of them out",
+            "remove one of them",
         ),
     ],
 )

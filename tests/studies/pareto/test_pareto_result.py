@@ -50,10 +50,10 @@ def result():
 def test_the_words_say_ends_knee_gap_and_prices():
     words = " ".join(front_in_words(front(), X, Y))
     assert "8 verified points, from 0.5 s with 2 N to 4.5 s with 0.222222 N" in words
-    assert "dropped because others dominate them: 1" in words
+    assert "dominated points removed: 1" in words
     assert "a gap between 2 and 4 s" in words
-    assert "Its knee is at" in words
-    assert "At 0.5 s: 1 s more of duration saves 4 N of peak rope force" in words
+    assert "Its knee point is at" in words
+    assert "At 0.5 s: 1 s more duration reduces the peak rope force by 4 N" in words
     # other limits have the price of a hundredth of them
     across = FrontAxis("peak-acceleration", "acceleration", "rad/s^2")
     point = FrontPoint(0.2, 0.2, 20.0, -5.0, "up", False, 0.0, None)
@@ -64,19 +64,19 @@ def test_an_open_end_is_said_and_drawn_with_its_number():
     words = open_end_in_words("the least is 0.2 N, a limit that no motion attains", 0.2, 0.222)
     assert words == (
         "An end of the front is open: the least is 0.2 N, a limit that no motion attains; the "
-        "nearest point is 11 % above it, and a wider range may come nearer."
+        "nearest point is 11 % above it, and a wider range may come closer."
     )
     found = result()
     details = {**found.details, "open_ends": {"peak-force": 0.2}}
     [(_, figure)] = draw(dataclasses.replace(found, details=details))
     labels = figure.axes[0].get_legend_handles_labels()[1]
-    assert "open end at 0.2: no motion attains it" in labels
+    assert "open end at 0.2: no motion reaches it" in labels
     # a limit below the picture is in the legend alone
     [(_, figure)] = draw(
         dataclasses.replace(found, details={**details, "open_ends": {Y.key: -1.0}})
     )
     labels = figure.axes[0].get_legend_handles_labels()[1]
-    assert "open end at -1: no motion attains it (below)" in labels
+    assert "open end at -1: no motion reaches it (below)" in labels
 
 
 @pytest.mark.parametrize(
