@@ -431,7 +431,7 @@ def test_a_total_in_which_no_split_keeps_the_caps_says_how_much_would_do(monkeyp
     assert result.verdict.kind == "unverified"
     # 20.3 s for the motions, and four dwells of 2 s
     assert "no split of 16 s was found that keeps all caps" in result.verdict.sentence
-    assert "a total of about 28.3 s would do" in result.verdict.sentence
+    assert "use a total of about 28.3 s" in result.verdict.sentence
     # or the caps that these motions keep
     for stage in result.details["stages"]:
         for use in stage["uses"]:

@@ -57,7 +57,10 @@ def test_the_words_say_ends_knee_gap_and_prices():
     # other limits have the price of a hundredth of them
     across = FrontAxis("peak-acceleration", "acceleration", "rad/s^2")
     point = FrontPoint(0.2, 0.2, 20.0, -5.0, "up", False, 0.0, None)
-    assert "0.002 rad/s^2 (1 %) more of acceleration saves 0.01 N" in price_at(point, across, Y)
+    assert (
+        "0.002 rad/s^2 (1 %) more acceleration reduces the peak rope force by 0.01 N"
+        in price_at(point, across, Y)
+    )
 
 
 def test_an_open_end_is_said_and_drawn_with_its_number():
