@@ -103,11 +103,16 @@ def _solved(
     unknowns = ca.vertcat(ca.vec(states), ca.vec(jerks), ca.vec(steps), peak)
     caps, share = np.full(2 * intervals, jerk), np.full(intervals, 1.0 / intervals)
     shortest, longest = (1.0, 1.0) if even else (SHORTEST, LONGEST)
+    # each kind of rows by itself: beside the row of the duration, which holds all steps, the others
+    # would be differentiated by one step after the other
+    rates = ca.vertcat(*(ca.jacobian(row, unknowns) for row in rows))
+    given, row = [unknowns, ca.MX.sym("none", 0)], ca.vertcat(*rows)
+    options = {"ipopt.print_level": 0, "print_time": False, "error_on_fail": True}
     solver = ca.nlpsol(
         "plain",
         "ipopt",
-        {"x": unknowns, "f": peak / size if peaks else duration, "g": ca.vertcat(*rows)},
-        {"ipopt.print_level": 0, "print_time": False, "error_on_fail": True, "ipopt.sb": "yes"},
+        {"x": unknowns, "f": peak / size if peaks else duration, "g": row},
+        {"ipopt.sb": "yes", "jac_g": ca.Function("rates", given, [row, rates]), **options},
     )
     found = solver(
         x0=np.concatenate(
