@@ -393,7 +393,7 @@ def _solution(
     reasons = "; ".join(solution.verification.reasons)
     raise Unverified(
         f"the answer for '{meshes.problem.name}' did not pass its verification: {reasons}; "
-        f"{remedy_for_kinks(meshes.problem)}loosen the tolerance named, allow more mesh "
-        "iterations or intervals, or look at the unverified answer in error.iterate",
+        f"{remedy_for_kinks(meshes.problem)}loosen the named tolerance, allow more mesh "
+        "iterations or intervals, or inspect the unverified solution in error.iterate",
         solution,
     )

@@ -173,8 +173,8 @@ def _checked_passes(given: Any) -> tuple[Reformulation, ...]:
         _check_kind("reformulations", each, Reformulation, "objects with a method apply, or ()")
         if type(each).__hash__ is None:
             raise StatementError(
-                f"the reformulation {each!r} has no hash, by which its problems are kept; if it is "
-                "a dataclass, write @dataclass(frozen=True)"
+                f"the reformulation {each!r} has no hash, which the engine needs to store its "
+                "problems; if it is a dataclass, write @dataclass(frozen=True)"
             )
     return passes
 
@@ -182,5 +182,5 @@ def _checked_passes(given: Any) -> tuple[Reformulation, ...]:
 def _check_budget(name: str, value: Any) -> None:
     if value is not None and not (is_real(value) and math.isfinite(value) and value > 0):
         raise StatementError(
-            f"the budget '{name}' is {value!r}; give a positive number, or None for none"
+            f"the budget '{name}' is {value!r}; give a positive number, or None for no budget"
         )

@@ -38,9 +38,9 @@ def verdict_on(
     parts = [_compared(meshes, refinement, bound), *_remarks(meshes, refinement)]
     if checked.one_run > meshes.settings.accuracy.replay >= checked.miss:
         parts.append(
-            f"from node to node it holds to {checked.miss:.1e}; in one run it misses the end by "
-            f"{checked.one_run:.1e} (errors grow {checked.amplification:.0f} times): fly it with "
-            "feedback"
+            f"the error from node to node is {checked.miss:.1e}; the error of a single run at the "
+            f"end is {checked.one_run:.1e} (errors grow by a factor of "
+            f"{checked.amplification:.0f}): control this motion with feedback"
         )
     if refinement.ending in CUT_SHORT:
         parts.insert(1, f"accurate to {checked.accuracy:.1e}")
@@ -71,15 +71,15 @@ def _remarks(meshes: MeshSolver, refinement: Refinement) -> Iterator[str]:
         yield shortfall
     if refinement.best.raised:
         yield (
-            "the peaks include overshoot between the points of the mesh, which costs "
+            "the reported peaks include the overshoot between the points of the mesh, which is "
             f"{refinement.best.raised:.0e} of the objective"
         )
     if taken := taken_algebraics(refinement.best.iterate.trajectory, meshes.evaluator):
         names = ", ".join(f"'{name}'" for name in taken)
         yield (
-            f"the replay takes {names} from the solution, because no equations of the phase tell "
-            "these values between the points: state as many equations as algebraic variables, each "
-            "with one"
+            f"the replay takes {names} from the solution, because no equations of the phase "
+            "determine these values between the points: give as many equations as algebraic "
+            "variables, each with one of them"
         )
 
 
@@ -97,14 +97,14 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
         "standstill": "no finer mesh improved it",
         "mesh iterations": f"refinement ended after {count} mesh iterations",
         "failure": "refinement ended after a mesh that failed",
-        "budget": f"the budget of {meshes.budget} ended the refinement",
-        "cost": "further meshes would cost much for little",
+        "budget": f"refinement ended at the budget of {meshes.budget}",
+        "cost": "further meshes would take much time for a small improvement",
         "interrupted": "you stopped the refinement",
     }
     ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy
 
     open_tolerances = [
-        f"{what} are met to {value:.1e}; asked for were {allowed:.0e}"
+        f"{what} are met to {value:.1e} (tolerance {allowed:.0e})"
         for what, value, allowed in (
             ("the constraints", best.excess, accuracy.path),
             ("the dynamics", best.errors.dynamics, accuracy.dynamics),

@@ -114,8 +114,8 @@ def corrected(
     nearest = min(range(len(misses)), key=lambda k: _largest(misses[k], tolerances))
     raise Unverified(
         f"the fuller model of '{problem.name}' still misses its targets after {solves} solves, at "
-        f"best {_listed(misses[nearest])}; bring the model of the problem nearer to the fuller "
-        "one, allow more solves or a larger tolerance",
+        f"best {_listed(misses[nearest])}; use a more accurate model in the problem, allow more "
+        "solves or a larger tolerance",
         answers[nearest],
     )
 
@@ -125,13 +125,15 @@ def _wanted(
 ) -> dict[Constant, float]:
     """The values that the fuller model is to reach."""
     if not tolerances:
-        raise StatementError("there is no target to correct; give a tolerance for at least one")
+        raise StatementError(
+            "there is no target to correct; give a tolerance for at least one target"
+        )
     parameters = parameters_of(problem, given)
     for target, tolerance in tolerances.items():
         if target not in set(problem.constants):
             name = getattr(target, "name", target)
             raise StatementError(
-                f"'{name}' is no constant of problem '{problem.name}'; state the target as a "
+                f"'{name}' is not a constant of problem '{problem.name}'; specify the target as a "
                 "Constant, such as final={x: goal}"
             )
         if not (is_real(tolerance) and 0.0 < tolerance < math.inf):

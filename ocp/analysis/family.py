@@ -270,8 +270,8 @@ def _stopped(found: Family, value: float, error: SolveFailed) -> FamilyStopped:
     """The error of a family whose next member was not found."""
     constant, count = found.constant, len(found.members)
     return FamilyStopped(
-        f"the family in '{constant.name}' stopped at {value:.6g} {constant.unit}: {error}; the "
-        f"{count} member{'s' * (count > 1)} before are in error.family",
+        f"the family in '{constant.name}' stopped at {value:.6g} {constant.unit}: {error}; "
+        f"error.family contains the {count} member{'s' * (count > 1)} found before",
         found,
         error.iterate,
     )

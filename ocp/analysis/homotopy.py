@@ -110,10 +110,12 @@ def homotopy(
     parameters_of(problem, {constant: constant.value})  # or the problem does not use it
     if not targets:
         raise StatementError(
-            f"the homotopy in '{constant.name}' has no value to go to; give at least one"
+            f"the homotopy in '{constant.name}' has no target value; give at least one"
         )
     if not 0 < least_step <= 1:
-        raise StatementError(f"the least step of a homotopy is {least_step!r}; give 0 < step <= 1")
+        raise StatementError(
+            f"the minimum step of a homotopy is {least_step!r}; give 0 < step <= 1"
+        )
 
     options = SolveOptions(settings or Settings(), constants or {}, progress)
     last = guess or options.solved(problem, verify=False)
@@ -168,10 +170,10 @@ def _at_target(
             if step < solver.least_step:
                 at, named = first + reached * (target - first), solver.constant
                 raise HomotopyStopped(
-                    f"the homotopy in '{named.name}' stopped at {at:.6g} {named.unit} on the way "
-                    f"to {target:.6g} {named.unit}: steps of {solver.least_step:.2g} of the way "
-                    f"still fail ({error}); take this value, allow shorter steps (least_step) or "
-                    "change another constant first",
+                    f"the homotopy in '{named.name}' stopped at {at:.6g} {named.unit} before "
+                    f"{target:.6g} {named.unit}: even steps of {solver.least_step:.2g} of the "
+                    f"interval fail ({error}); accept this value, allow smaller steps "
+                    "(least_step) or change another constant first",
                     at,
                     last,
                     tuple(steps),

@@ -99,9 +99,7 @@ class Loosening:
         links = [replace(b, expression=self._rewritten(b.expression)) for b in problem.links]
 
         if not self.slacks:
-            raise StatementError(
-                f"all limits of '{problem.name}' are kept; name fewer of them in keep"
-            )
+            raise StatementError(f"all limits of '{problem.name}' are in keep; remove at least one")
         cost = sum(
             (1.0 + _TIE * i) * s.unknown / s.size
             for i, s in enumerate(reversed(self.slacks.values()))

@@ -240,13 +240,13 @@ def _named_starts(
     if isinstance(starts, Mapping):
         named = dict(starts)
         if not named:
-            raise StatementError("an audit without starts finds nothing; give at least one")
+            raise StatementError("the audit has no starts; give at least one")
         return named
     count: Any = starts
     if not isinstance(count, Integral):
         raise StatementError(f"the starts of an audit are {starts!r}; give a whole number")
     if starts < 1:
-        raise StatementError(f"an audit of {starts} starts finds nothing; give at least 1")
+        raise StatementError(f"the audit has {starts} starts; give at least 1")
     check_arguments(problem, settings, None, None)
     assert problem is not None
 
@@ -389,7 +389,7 @@ def _audit(
     name = _name(problem, answered)
     if not answered:
         if interrupted or not trials:
-            raise Interrupted(f"the audit of '{name}' was stopped before anything was found")
+            raise Interrupted(f"the audit of '{name}' was stopped before it found a solution")
         assert trials[0].error is not None
         raise trials[0].error
 

@@ -113,9 +113,9 @@ class Relaxation:
         reasons = "; ".join(self.solution.verification.reasons)
         doubt = f" (not verified: {reasons})" if reasons else ""
         if not self.items:
-            return f"'{self.problem}' can be met as it is stated{doubt}"
+            return f"'{self.problem}' is feasible without changes{doubt}"
         listed = "; ".join(str(item) for item in self.items)
-        return f"'{self.problem}' can be met if these limits are changed: {listed}{doubt}"
+        return f"'{self.problem}' is feasible if these limits are changed: {listed}{doubt}"
 
 
 @checked_keywords()

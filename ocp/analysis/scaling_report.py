@@ -47,7 +47,7 @@ class ScalingReport:
     entries: tuple[ScaleEntry, ...]
 
     def __repr__(self) -> str:
-        return f"ScalingReport('{self.problem}': {len(self.entries)} sizes; print it)"
+        return f"ScalingReport('{self.problem}': {len(self.entries)} scales; print it)"
 
     def __str__(self) -> str:
         width = max(len(e.name) for e in self.entries)

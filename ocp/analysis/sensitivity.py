@@ -55,14 +55,14 @@ if TYPE_CHECKING:
 # Sum of scaled multipliers, below which an active limit has none.
 _IDLE = 1e-4
 
-_KINK = "several limits hold the optimum at once: the active set is about to change"
-_AT_END = "a prescribed end value lies at its limit: to one side there is no motion"
-_UNKNOWN = "several limits hold the optimum at once, and the range of its slope was not found"
+_KINK = "several limits are active together: the active set is about to change"
+_AT_END = "a prescribed end value equals its limit: a change to one side is infeasible"
+_UNKNOWN = "several limits are active together, and the range of the slope was not found"
 _WEAKLY_ACTIVE = (
-    "the solution lies at the limit, whose multiplier is zero: the active set is about to change"
+    "the solution is at the limit, and its multiplier is zero: the active set is about to change"
 )
 
-_JUMP = "expressions of the problem jump at a time that moves, which multipliers do not show"
+_JUMP = "expressions of the problem jump at a movable time, which multipliers do not include"
 
 
 class ActiveSetWarning(UserWarning):
@@ -118,15 +118,15 @@ def sensitivities(solution: Solution) -> dict[str, float]:
     """
     both_sides = one_sided_sensitivities(solution)
     doubts = [
-        f"by '{name}' it changes by {s.below:.6g} for a decrease and {s.above:.6g} for an increase "
-        f"({s.note})"
+        f"with respect to '{name}' its slope is {s.below:.6g} for a decrease and {s.above:.6g} for "
+        f"an increase ({s.note})"
         for name, s in both_sides.items()
         if s.note in (_KINK, _UNKNOWN, _JUMP)
     ]
     if doubts:
         warnings.warn(
-            f"the optimum has a kink, or its slope is not known: {'; '.join(doubts)}; hold it "
-            "against solves with other values",
+            f"the optimum has a kink, or its slope is unknown: {'; '.join(doubts)}; compare it "
+            "with solves at other values",
             ActiveSetWarning,
             stacklevel=3,
         )

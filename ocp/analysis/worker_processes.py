@@ -317,11 +317,10 @@ def _ended_early(exit_code: int | None) -> OcpError:
     # 1 is what Python itself ends with where the script cannot be imported a second time
     if exit_code in (_UNGUARDED, 1):
         return StatementError(
-            "the processes of the audit import the script that starts it, and would run it once "
-            "more; put what it runs below if __name__ == '__main__': or write "
-            "audit(..., processes=1)"
+            "the processes of the audit import the script that starts it, and would run it again; "
+            "put its code below if __name__ == '__main__': or write audit(..., processes=1)"
         )
     return SolveFailed(
-        "a process of the audit ended without an answer, as when memory runs out; with "
-        "audit(..., processes=1) the starts are solved one after the other"
+        "a process of the audit ended without a result, possibly because it ran out of memory; "
+        "write audit(..., processes=1) to solve the starts one after the other"
     )

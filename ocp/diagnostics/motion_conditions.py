@@ -32,8 +32,8 @@ def motion_conditions(answer: Evidence) -> Iterator[Finding]:
         "path constraints",
         found.excess,
         allowed.excess,
-        "the replayed motion exceeds a path constraint, bound or peak between the points by this "
-        "part of its size",
+        "the largest violation of a path constraint, bound or peak on the replayed motion, "
+        "between the points too, relative to its scale",
     )
     for peak, (name, stated, dense) in zip(iterate.problem.peaks, found.peaks, strict=True):
         # a peak of zero has the size that is stated, or of what it might be
@@ -49,7 +49,7 @@ def motion_conditions(answer: Evidence) -> Iterator[Finding]:
         "objective",
         abs(found.replayed_objective - found.objective) / reported.objective_size,
         allowed.objective,
-        "the replayed motion has an objective that differs by this part",
+        "the relative difference between the objective of the replayed motion and the reported one",
     )
     yield Finding(
         "effect of the excess",
@@ -62,8 +62,8 @@ def motion_conditions(answer: Evidence) -> Iterator[Finding]:
         "dynamics",
         found.dynamics,
         allowed.replay,
-        "the largest error of the dynamics, integrals and equations between the points, by dense "
-        "samples",
+        "the largest error of the dynamics, integrals and equations between the points, from "
+        "dense samples",
     )
     for jump in crossed_jumps(iterate.trajectory, evaluator):
         if jump.moves:
@@ -75,8 +75,8 @@ def motion_conditions(answer: Evidence) -> Iterator[Finding]:
         "problem bounds",
         float(np.max([0.0, *bounds.values()])),
         allowed.bounds,
-        f"the replayed motion exceeds {', '.join(exceeded) or 'no bound or link'} by more than "
-        "this part of its size",
+        "the largest violation of a bound or link of the whole problem on the replayed motion, "
+        f"relative to its scale; too large: {', '.join(exceeded) or 'none'}",
     )
 
 
@@ -85,6 +85,7 @@ def _replay_words(simulated: SimulatedMotion) -> str:
     if simulated.restarts:
         begin += f" and {simulated.restarts} restarts (the motion amplifies too much for one run)"
     return (
-        f"the controls, replayed by another integrator from {begin}, miss the end state by this "
-        f"part of its size; errors of the states grow up to {simulated.amplification:.1e} times"
+        f"the end-state error of a replay of the controls by another integrator from {begin}, "
+        "relative to the scale of the states; errors of the states grow by a factor of up to "
+        f"{simulated.amplification:.1e}"
     )

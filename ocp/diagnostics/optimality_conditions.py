@@ -37,8 +37,8 @@ def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
                 f"where path constraints act in '{principle.name}': Hamiltonian",
                 principle.gain_on_arcs / iterate.objective_size,
                 allowed.gain,
-                "the estimated improvement by moving breakpoints, to first order, relative to the "
-                "objective",
+                "the estimated improvement by other times of the breakpoints, to first order, "
+                "relative to the objective",
             )
 
     # other schemes have multipliers that meet the principle on any mesh, see `second_solve`
@@ -47,8 +47,8 @@ def optimality_conditions(answer: Evidence) -> Iterator[Finding]:
             "finer controls",
             estimated_gain(iterate, answer.evaluator, strongest),
             allowed.gain,
-            "the estimated improvement by them, and the cost of limits that were moved inwards to "
-            "hold between the points, to first order, relative to the objective",
+            "the estimated improvement by finer controls, plus the cost of limits that were "
+            "tightened to hold between the points, to first order, relative to the objective",
         )
 
 
@@ -61,9 +61,10 @@ def other_controls_condition(answer: Evidence) -> Iterator[Finding]:
         gain_of(others, iterate),
         allowed.gain,
         others_remark(others, iterate)
-        or "the estimated improvement by other values of the controls, to first order, relative to "
-        "the objective: each was tried over its whole range at sampled times (not where a limit of "
-        "states alone acts, nor where the problem is linear or convex in the controls)",
+        or "the estimated improvement by other values of the controls, to first order, relative "
+        "to the objective: the check tries each control over its whole range at sampled times "
+        "(except where a limit of states alone is active, or where the problem is linear or "
+        "convex in the controls)",
     )
 
 
@@ -78,9 +79,9 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             f"between changes of '{name}': Hamiltonian",
             principle.drift_between_changes,
             allowed.within,
-            "its largest difference, relative to its terms, between two intervals of a run without "
-            "changes of the active set, where no path constraint or state's bound acts; "
-            f"{left_out} hold a change or are next to one",
+            "its largest difference, relative to its terms, between two intervals without a "
+            "change of the active set in between, and without an active path constraint or state "
+            f"bound; {left_out} contain a change or are next to one",
         )
     # there is no slope where all intervals hold a change
     if principle.slopes.size:
@@ -88,8 +89,9 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             f"between changes of '{name}': dH/du",
             principle.slope_between_changes,
             allowed.strict,
-            "the worst interval mean of those without changes of the active set, projected on the "
-            f"controls' bounds, relative to its terms; {left_out} hold a change or are next to one",
+            "its largest interval mean in intervals without a change of the active set, projected "
+            f"on the controls' bounds, relative to its terms; {left_out} contain a change or are "
+            "next to one",
         )
 
 
@@ -100,15 +102,16 @@ def _on_the_whole(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[
             f"Hamiltonian of '{principle.name}'",
             principle.drift,
             allowed.hamiltonian,
-            f"time does not enter, so it is constant: {principle.mean:.8g} with this mean drift",
+            "the problem does not depend on time, so it must be constant: its mean is "
+            f"{principle.mean:.8g}, with this mean drift",
         )
     if principle.slopes.size:
         yield Finding(
             f"dH/du of '{principle.name}'",
             principle.mean_slope,
             allowed.slope,
-            "the interval means, projected on the controls' bounds, relative to their terms: mean "
-            "over time",
+            "the mean over time of its interval means, projected on the controls' bounds, "
+            "relative to their terms",
         )
 
 
@@ -139,7 +142,7 @@ def _end_values(
             f"Hamiltonian at the {end} of '{principle.name}'",
             abs(found - sign * slope) / max(principle.size, abs(slope)),
             allowed.hamiltonian,
-            f"the time is free, so it is {sign * slope:.8g}; found {found:.8g}",
+            f"the time is free, so it must be {sign * slope:.8g}; its value is {found:.8g}",
         )
 
 

@@ -122,16 +122,16 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
 
     if most.vanished:
         return (
-            f"phase '{most.phase}' takes no time (at {most.times[k]:.4g} s), but if it lasts "
+            f"phase '{most.phase}' has zero duration (at {most.times[k]:.4g} s), but if it lasts "
             f"{iterate.scales.time:.4g} s with {changed}, the objective may improve by "
-            f"{100 * most.gain / iterate.objective_size:.2g} %; state a guess of these controls "
-            "and of the phase's times, Between(lower, upper, guess), or state no guess"
+            f"{100 * most.gain / iterate.objective_size:.2g} %; give a guess of these controls and "
+            "of the phase's times, Between(lower, upper, guess), or give no guess"
         )
     return (
         f"other controls may improve the objective by {100 * gain:.2g} %, such as {changed} at "
-        f"{most.times[k]:.4g} s; state these controls as a guess, or leave out the guess that you "
-        "stated; if the next answer may improve by as much again, ever faster switches improve it "
-        "(chattering), and no optimum exists: limit how fast the control changes"
+        f"{most.times[k]:.4g} s; use these controls as a guess, or remove your guess; if the next "
+        "solution has the same estimated improvement, faster and faster switching improves the "
+        "objective (chattering), and no optimum exists: limit how fast the control changes"
     )
 
 

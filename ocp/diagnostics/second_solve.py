@@ -204,13 +204,15 @@ def _finding(answer: Evidence, runs: Sequence[_Run], size: float) -> Finding:
 
     best = max(solved, key=gain_of)
     gain = gain_of(best) / (1.0 - _LEFT)
-    reached = f"of {len(runs)} runs from beside this motion the best one reached {best.value:.10g}"
+    reached = f"the best of {len(runs)} runs from perturbed starts reached {best.value:.10g}"
     if gain < -tolerance:
-        sentence = f"{reached}: they ended at worse motions, which says nothing of this one"
+        sentence = (
+            f"{reached}: they ended at worse motions, which neither confirms nor refutes this one"
+        )
         return Finding(SECOND_SOLVE, math.nan, tolerance, sentence, open=True)
     sentence = (
-        f"on a mesh that is twice as fine, {reached}: by that the objective is off by this part, "
-        "if its error falls like the intervals"
+        f"on a mesh that is twice as fine, {reached}; this is the relative error of the objective, "
+        "if it decreases in proportion to the interval widths"
     )
     start = answer.solution.form.stated(best.motion) if gain > tolerance else None
     return Finding(SECOND_SOLVE, abs(gain), tolerance, sentence, start)
@@ -220,11 +222,13 @@ def _without_end(runs: Sequence[_Run], tolerance: float, *, away: bool) -> Findi
     """What runs say of which none was solved; one may have left all sizes behind."""
     outcomes = {run.outcome for run in runs}
     if away or "unbounded" in outcomes:
-        sentence = "beside this motion the objective runs away"
+        sentence = "from a perturbed start, the objective diverges"
         return Finding(SECOND_SOLVE, math.inf, tolerance, sentence)
     if outcomes == {"infeasible"}:
-        sentence = "on a mesh that is twice as fine no motion beside this one is feasible"
+        sentence = (
+            "on a mesh that is twice as fine, all runs from perturbed starts ended infeasible"
+        )
         return Finding(SECOND_SOLVE, math.inf, tolerance, sentence)
     ends = ", ".join(sorted(outcomes)) or "no time was left"
-    sentence = f"no run from beside this motion came to an end ({ends})"
+    sentence = f"no run from a perturbed start converged ({ends})"
     return Finding(SECOND_SOLVE, math.nan, tolerance, sentence, open=True)

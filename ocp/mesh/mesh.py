@@ -152,7 +152,7 @@ def uniform(intervals: int, degree: int) -> PhaseMesh:
         When the number of intervals is not whole, or less than 1.
     """
     if intervals < 1 or int(intervals) != intervals:
-        raise StatementError(f"a mesh of {intervals!r} intervals is impossible; ask for 1 or more")
+        raise StatementError(f"the number of intervals of a mesh is {intervals!r}; give 1 or more")
     return PhaseMesh(np.linspace(0.0, 1.0, int(intervals) + 1), np.array([degree]))
 
 

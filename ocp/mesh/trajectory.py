@@ -305,13 +305,13 @@ class Evaluator:
             for symbol in resolve(expression, "an expression"):
                 if isinstance(symbol, Functional):
                     raise StatementError(
-                        f"'{symbol.name}' is one number of the whole motion; ask for its value "
-                        "by solution.value(...) instead of sampling it"
+                        f"'{symbol.name}' is one number of the whole motion; read its value with "
+                        "solution.value(...) instead of sampling it"
                     )
                 if symbol not in known:
                     raise StatementError(
-                        f"'{symbol.name}' is no symbol of phase '{phase}' of '{problem.name}'; "
-                        "take the symbol that the statement uses, not another of its name"
+                        f"'{symbol.name}' is not a symbol of phase '{phase}' of '{problem.name}'; "
+                        "use the symbol of the problem, not another one with the same name"
                     )
 
     def number(self, trajectory: Trajectory, expression: Any, known: Mapping[Any, float]) -> float:
@@ -344,8 +344,7 @@ class Evaluator:
             )
         if isinstance(symbol, (Signal, Time)):
             raise StatementError(
-                f"'{symbol.name}' varies in time; sample it at times instead of asking for one "
-                "number"
+                f"'{symbol.name}' varies in time; sample it at times instead of reading one value"
             )
         return self._functional_value(trajectory, symbol, known)
 

@@ -143,9 +143,9 @@ def collapses(transcription: Transcription, trajectory: Trajectory, failed: Arra
 def collapse_of(problem: Problem, trajectory: Trajectory) -> Collapsed:
     """The error of a motion that takes no time."""
     return Collapsed(
-        f"the motion of '{problem.name}' shrinks to {trajectory.duration:.1e} s: nothing in the "
-        "statement needs time; prescribe where the motion ends, bound what drives it, or state a "
-        "least duration",
+        f"the motion of '{problem.name}' tends to zero duration ({trajectory.duration:.1e} s), "
+        "because nothing in the problem needs time; prescribe the final values, bound the "
+        "controls, or give a minimum duration",
         trajectory,
     )
 
@@ -192,7 +192,7 @@ class Violation:
             motion = iterate.phase(kind.phase)
             time = motion.start + kind.fractions[self.place] * (motion.end - motion.start)
             text += f" at {time:.3g} s"
-        return f"{text} is off by {with_unit(f'{self.amount * kind.size:.3g}', kind.unit)}"
+        return f"{text} is violated by {with_unit(f'{self.amount * kind.size:.3g}', kind.unit)}"
 
 
 def violations(transcription: Transcription, rows: Array, limits: ProgramLimits) -> list[Violation]:
@@ -234,15 +234,15 @@ def failure(
 
         what = non_finite_value(problem, iterate)
         return InvalidNumber(
-            f"{name}: {what or 'a derivative of the problem is NaN or infinite'}; start from a "
-            "guess where everything is finite, or bound the signals that lead there",
+            f"{name}: {what or 'a derivative of the problem is NaN or infinite'}; give a guess at "
+            "which all expressions are finite, or bound the signals in them",
             iterate,
         )
     if outcome == "unbounded" or result.objective < -RUNAWAY:
         value = problem.sense * result.objective * transcription.scales.objective
         return Unbounded(
-            f"the objective of {name} ran away to {value:.1e} in {count} iterations: it seems "
-            "unbounded; bound what it depends on",
+            f"the objective of {name} seems unbounded: it is {value:.1e} after {count} "
+            "iterations; add bounds to the signals on which it depends",
             iterate,
         )
     # a motion that takes no time meets no constraint, and says nothing of them
@@ -255,9 +255,9 @@ def failure(
     in_brackets = f" ({listed})" if worst else ""
     if outcome == "budget":
         return IterationLimit(
-            f"{name} used up its budget of iterations or seconds after {count} iterations"
-            f"{in_brackets}; {remedy_for_kinks(problem)}raise the budget, give a better guess or "
-            "check the scales",
+            f"{name} reached its budget of iterations or seconds after {count} "
+            f"iterations{in_brackets}; {remedy_for_kinks(problem)}raise the budget, give a better "
+            "guess or check the scales",
             iterate,
         )
 
@@ -265,9 +265,9 @@ def failure(
     if outcome == "overdetermined" or (outcome == "infeasible" and equations > free):
         missed = f" and does not meet all of them{in_brackets}" if worst else ""
         return Overdetermined(
-            f"{name} has {equations} equations for {free} free unknowns on its mesh{missed}: more "
-            "is prescribed than the controls and unknowns can bring about; take back a boundary "
-            f"value, a link or an equation, or add a control{_algebraic(problem)}",
+            f"{name} has {equations} equations for {free} free unknowns on its mesh{missed}, so "
+            "it is over-determined; remove a boundary value, a link or an equation, or add a "
+            f"control{_algebraic(problem)}",
             iterate,
         )
     if outcome == "infeasible" and worst:
@@ -277,16 +277,16 @@ def failure(
             remedy = "relax a limit or a prescribed value"
             remedy = f"{'; '.join(reached)}: {remedy}" if reached else remedy
         return Infeasible(
-            f"no motion was found that meets all constraints of {name}; worst: {listed}; {remedy} "
-            "(ocp.relaxed(problem) finds the smallest change), or try another guess or "
-            "ocp.audit(problem); this is no proof that there is none",
+            f"no motion was found that meets all constraints of {name} (this is no proof that "
+            f"there is none); largest violations: {listed}; {remedy} (ocp.relaxed(problem) finds "
+            "the smallest change), or try another guess or ocp.audit(problem)",
             iterate,
         )
     return NumericalTrouble(
-        f"IPOPT got into numerical trouble on {name} after {count} iterations "
-        f"('{result.status}'), {f'with {listed}' if worst else 'all constraints met'}; "
-        f"{remedy_for_kinks(problem)}state sizes by `scale`, give a better guess, or bound what "
-        "the objective depends on",
+        f"IPOPT stopped on {name} after {count} iterations with '{result.status}', "
+        f"{f'with {listed}' if worst else 'with all constraints met'}; "
+        f"{remedy_for_kinks(problem)}set scale=, give a better guess, or bound the signals on "
+        "which the objective depends",
         iterate,
     )
 
@@ -301,14 +301,14 @@ def remedy_for_kinks(problem: Problem) -> str:
             return f"{found.sentence}; or "
     for what, operations in kinks_of(problem):
         return (
-            f"{what} has a kink, by {' and '.join(operations)}: {_as_integral(problem, what)}state "
-            "both sides as bounds, or the parts above and below it as controls of their own, each "
-            "not negative; or "
+            f"{what} has a kink, by {' and '.join(operations)}: {_as_integral(problem, what)}write "
+            "both sides as bounds, or use separate non-negative controls for the parts above and "
+            "below the kink; or "
         )
     for what in choices_of(problem):
         return (
-            f"{what} chooses by if_else: if it is the larger of two values, write it with fmax, "
-            "and such a kink becomes a limit; or "
+            f"{what} contains if_else: if it selects the larger of two values, write it with fmax, "
+            "which the engine replaces by a limit; or "
         )
     return ""
 
@@ -323,8 +323,8 @@ def _as_integral(problem: Problem, what: str) -> str:
         for state in phase.states:
             if id(state) not in used and what == rate_text(state):
                 return (
-                    f"no rate depends on '{state.name}', so state it as an integral of phase "
-                    f"'{phase.name}', where such a kink becomes a control; or "
+                    f"no rate depends on '{state.name}', so write it as an integral of phase "
+                    f"'{phase.name}', whose kink the engine replaces by a control; or "
                 )
     return ""
 
@@ -335,8 +335,9 @@ def _algebraic(problem: Problem) -> str:
         for control in problem.controls[phase.name]:
             if control.piecewise != "polynomial" and in_equation(control, phase):
                 return (
-                    f"; '{control.name}' is in an equation of phase '{phase.name}': if that "
-                    f"determines it, declare it as Algebraic({control.name!r}) and not as Control"
+                    f"; '{control.name}' is in an equation of phase '{phase.name}': if the "
+                    f"equation determines it, declare it as Algebraic({control.name!r}) instead of "
+                    "Control"
                 )
     return ""
 

@@ -297,8 +297,8 @@ class Ipopt:
         if status == "Invalid_Option":
             # all other options are typed: the library cannot be loaded
             raise StatementError(
-                f"IPOPT finds no library with the linear solver '{self.linear_solver}' here; "
-                "install it where the system looks for libraries, or choose mumps"
+                f"IPOPT finds no library with the linear solver '{self.linear_solver}'; install it "
+                "in the library path of the system, or choose mumps"
             )
         log.debug("IPOPT: %s after %d iterations", status, count)
         if _OUTCOMES.get(status) == "unbounded" and _is_no_motion(solution, limits):

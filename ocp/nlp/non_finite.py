@@ -19,9 +19,9 @@ from ocp.problem.symbols import Symbol, Time, resolve
 from ocp.problem.texts import SHORT
 
 _FOR_SIZES = (
-    "; a square root has no derivative at zero: of controls in a cost, give the controls limits or "
-    "a scale=, and the size becomes a control of its own; of a limit, state its square, as in "
-    "ax**2 + ay**2 <= 1; elsewhere add a small number under the root"
+    "; a square root has no derivative at zero: for a root of controls in a cost, give the "
+    "controls limits or a scale=, and the engine replaces the root by a separate control; in a "
+    "limit, use the square, as in ax**2 + ay**2 <= 1; elsewhere, add a small number under the root"
 )
 
 

@@ -155,7 +155,7 @@ class Scheme:
     @classmethod
     def points_and_order(cls, degree: int) -> tuple[Array, int]:
         """Collocation points on [0, 1], shape (degree,), and the order of the end state."""
-        raise TypeError(f"{cls.__name__} is no scheme; choose one of {', '.join(SCHEMES)}")
+        raise TypeError(f"{cls.__name__} is not a scheme; choose one of {', '.join(SCHEMES)}")
 
 
 class Radau(Scheme):

@@ -138,7 +138,7 @@ def _check_depends(bound: Bound, where: str) -> None:
     if not bound.symbols:
         raise StatementError(
             f"the bound '{bound.name}' of {where} is on the number {float(bound.expression):g}, "
-            "which no motion changes; write what is bounded, or take the bound out"
+            "which is constant; give an expression of signals, or remove the bound"
         )
 
 

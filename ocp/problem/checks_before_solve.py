@@ -48,18 +48,18 @@ def check_before_solve(problem: Problem, parameters: Parameters) -> None:
     for what, (low, high) in _limits(problem, parameters):
         if low > high:
             raise StatementError(
-                f"{what} cross{_at(parameters)}: lower {low:g} is above upper {high:g}; change one "
-                "of them"
+                f"{what} contradict each other{_at(parameters)}: lower {low:g} is above upper "
+                f"{high:g}; change one of them"
             )
 
     for first, second in itertools.pairwise(problem.phases):
         shared = _unlinked(problem, first, second)
         if shared:
             warnings.warn(
-                f"phase '{second.name}' begins {_when(second)}, where '{first.name}' ends, and "
+                f"phase '{second.name}' begins {_when(second)}, when '{first.name}' ends, and "
                 f"both have the state '{shared}', but nothing links them; add links=joined(first, "
                 f"second) with these phases, or give '{shared}' an initial value in "
-                f"'{second.name}' if it starts afresh",
+                f"'{second.name}' if it starts from a new value",
                 StatementWarning,
                 stacklevel=3,
             )
@@ -129,10 +129,10 @@ def _check_guess(problem: Problem, phase: Phase) -> None:
     for signal in phase.guess:
         if signal not in known:
             stranger = not isinstance(signal, Symbol)
-            remedy = "give the signal itself" if stranger else "take it out or use it"
+            remedy = "give the signal itself" if stranger else "remove the guess, or use the signal"
             raise StatementError(
-                f"phase '{phase.name}' has a guess for '{getattr(signal, 'name', signal)}', which "
-                f"its dynamics, bounds and objective do not use; {remedy}"
+                f"phase '{phase.name}' has a guess for '{getattr(signal, 'name', signal)}', but "
+                f"its dynamics, bounds and objective do not use this signal; {remedy}"
             )
 
 

@@ -75,15 +75,15 @@ class Discontinuity:
     def sentence(self) -> str:
         """What is wrong, and the remedy."""
         where = f" of phase '{self.phase}'" if self.phase else ""
-        remedy = "state each side as a problem of its own, and compare them"
+        remedy = "write each side as a separate problem, and compare the solutions"
         if self.phase:
-            remedy = "state two phases that meet there, linked by joined(first, second)"
+            remedy = "use two phases that meet there, linked by joined(first, second)"
         if self.phase and all(isinstance(symbol, (Time, Constant)) for symbol in self.depends):
-            remedy += ", of which the later one may take no time"
+            remedy += ", the later of which may have zero duration"
         return (
-            f"{self.what}{where} jumps where '{text_of(self.cause, SHORT)}' changes, which no "
-            f"derivative shows, so that the answer need not be an optimum: {remedy}, or a smooth "
-            "expression"
+            f"{self.what}{where} jumps where '{text_of(self.cause, SHORT)}' changes, and "
+            f"derivatives do not contain this jump, so the solution need not be optimal: {remedy}, "
+            "or use a smooth expression"
         )
 
 

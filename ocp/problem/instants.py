@@ -156,7 +156,7 @@ def checked_breakpoints(given: Any, phase: str, start: float, end: float) -> tup
     for time in times:
         if not (is_real(time) and math.isfinite(time) and start <= time <= end):
             raise StatementError(
-                f"the breakpoint {time!r} of phase '{phase}' is no time between its start {start} "
-                f"and its end {end} s; give numbers of seconds inside, such as breakpoints=[2.0]"
+                f"the breakpoint {time!r} of phase '{phase}' is not between its start {start} and "
+                f"its end {end} s; give times [s] inside the phase, such as breakpoints=[2.0]"
             )
     return tuple(sorted({float(time) for time in times}))

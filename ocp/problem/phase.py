@@ -44,7 +44,7 @@ from ocp.problem.vectors import by_component
 _DEPTH = 20
 
 Kind = TypeVar("Kind", bound=Functional)
-_END = "write end={value}, or end=Between(lower, upper) where it is free"
+_END = "write end={value}, or end=Between(lower, upper) for a free time"
 _ELSEWHERE = {
     **dict.fromkeys(("duration", "tf", "t_end", "time", "final_time", "end_time"), _END),
     **dict.fromkeys(("t0", "start_time", "initial_time"), "write start={value}"),
@@ -56,7 +56,7 @@ _ELSEWHERE = {
     **dict.fromkeys(("states", "controls"), "they follow from dynamics={{state: expression}}"),
     **dict.fromkeys(
         ("minimise", "maximise", "minimize", "maximize", "objective"),
-        "write it where the problem is stated: Problem(name, phase, minimise=...)",
+        "write it in the problem: Problem(name, phase, minimise=...)",
     ),
 }
 
@@ -143,7 +143,7 @@ class Phase:
         for state, rate in self.dynamics.items():
             if not isinstance(state, State):
                 raise StatementError(
-                    f"the dynamics of phase '{self.name}' name {state!r}, which is no State; "
+                    f"the dynamics of phase '{self.name}' contain {state!r}, which is not a State; "
                     "declare it as State(name, unit), and give its derivative"
                 )
             derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
@@ -184,8 +184,8 @@ class Phase:
                 elif not ca.is_equal(stated[name].expression, excess, _DEPTH):
                     raise StatementError(
                         f"the {side} limit of '{symbol.name}' depends on an unknown and becomes "
-                        f"the bound '{name}' of phase '{self.name}', but there is another bound "
-                        "of that name; rename it"
+                        f"the bound '{name}' of phase '{self.name}', but another bound has this "
+                        "name; rename that bound"
                     )
         return limits
 
@@ -235,7 +235,7 @@ class Phase:
         if isinstance(self.start, Between) or isinstance(self.end, Between):
             raise StatementError(
                 f"a value at {instant} s needs fixed times, but phase '{self.name}' has a free "
-                "one; split the phase there"
+                "time; split the phase there"
             )
         if not self.start <= instant <= self.end:
             raise StatementError(
@@ -267,13 +267,12 @@ class Phase:
             raise StatementError(
                 f"data of phase '{self.name}' have {t.size} times, {data.size} values and "
                 f"{np.size(weights)} weights; give as many values as times, and one weight or as "
-                "many"
+                "many weights as times"
             )
         if not np.all(np.isfinite(data)):
             first = t[~np.isfinite(data)][0]
             raise StatementError(
-                f"the data of phase '{self.name}' at {first:.6g} s are no finite number; take "
-                "them out"
+                f"the data of phase '{self.name}' at {first:.6g} s are not finite; remove them"
             )
         w = np.broadcast_to(np.asarray(weights, dtype=float), t.shape)
         squares = [
@@ -322,8 +321,8 @@ def _of_pieces(
     for symbol in symbols:
         if isinstance(symbol, Functional):
             raise StatementError(
-                f"the {name} is taken of '{symbol.name}', which is a number of the whole motion "
-                "itself; take it of signals, and combine the numbers afterwards"
+                f"the {name} contains '{symbol.name}', which is itself a number of the whole "
+                "motion; use signals in it, and combine the numbers afterwards"
             )
     named = zip([phase.name for phase in phases], expressions, strict=True)
     functional = kind(name, unit, tuple(named), symbols, **options)
@@ -377,11 +376,13 @@ def peak(
         When there is no piece.
     """
     if not pieces:
-        raise StatementError(f"the peak '{name}' has no (phase, expression) piece; give one")
+        raise StatementError(
+            f"the peak '{name}' has no (phase, expression) pair; give at least one"
+        )
     for piece in pieces:
         if not (isinstance(piece, tuple) and len(piece) == 2 and isinstance(piece[0], Phase)):
             raise StatementError(
-                f"a piece of the peak '{name}' is {piece!r}; write phase.peak(expression), or "
+                f"an entry of the peak '{name}' is {piece!r}; write phase.peak(expression), or "
                 "peak((phase, expression), ...)"
             )
     return _of_pieces(Peak, name, unit, pieces, scale=scale, absolute=absolute)

@@ -352,8 +352,8 @@ def check_is_problem(thing: Any) -> None:
     """StatementError, with what to write, unless the thing is a problem."""
     if isinstance(thing, Phase):
         raise StatementError(
-            f"'{thing.name}' is a phase without an objective; write Problem('{thing.name}', phase, "
-            "minimise=...)"
+            f"'{thing.name}' is a phase, which has no objective; write Problem('{thing.name}', "
+            "phase, minimise=...)"
         )
     if not isinstance(thing, Problem):
         raise StatementError(
@@ -403,11 +403,11 @@ def named(problem: Problem, name: Any, phase: str | None = None) -> Any:
     if len(found) != 1:
         known = ", ".join(sorted({f"'{key}'" for key, _ in _all_named(problem, phase)}))
         how_many = (
-            f"{len(found)} things of '{problem.name}' are"
+            f"{len(found)} signals, bounds or values of '{problem.name}' are"
             if found
-            else f"nothing of '{problem.name}' is"
+            else f"no signal, bound or value of '{problem.name}' is"
         )
-        raise StatementError(f"{how_many} named '{name}'; named are {known}")
+        raise StatementError(f"{how_many} named '{name}'; the names are {known}")
     return found[0]
 
 

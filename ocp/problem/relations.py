@@ -93,18 +93,18 @@ def _sides(relation: Any, where: str) -> tuple[ca.SX, ca.SX, str]:
     resolve(expression, f"a bound of {where}")
     if expression.is_constant():
         raise StatementError(
-            f"a bound of {where} {'always' if float(expression) else 'never'} holds, whatever the "
-            "values in it; remove or correct it"
+            f"a bound of {where} is {'always' if float(expression) else 'never'} satisfied, for "
+            "all values of its symbols; remove or correct it"
         )
     sign = None if expression.is_symbolic() else _SIGNS.get(expression.op())
     if sign is None:
         text = text_of(expression)
         if not expression.is_symbolic() and expression.op() == ca.OP_AND:
             raise StatementError(
-                f"a bound of {where} joins two relations: '{text}'; give each as an entry of its "
-                "own"
+                f"a bound of {where} combines two relations: '{text}'; give each relation as a "
+                "separate entry"
             )
-        raise StatementError(f"a bound of {where} is '{text}', which is no relation; {_WRITE}")
+        raise StatementError(f"a bound of {where} is '{text}', which is not a relation; {_WRITE}")
     return expression.dep(0), expression.dep(1), sign
 
 

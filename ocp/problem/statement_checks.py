@@ -59,8 +59,8 @@ def check_phase(phase: Phase) -> None:
             )
         if isinstance(symbol, Functional):
             raise StatementError(
-                f"phase '{phase.name}' uses '{symbol.name}', a number of the whole motion, in "
-                "its own expressions; bring it in as an Unknown linked by a Bound"
+                f"phase '{phase.name}' uses '{symbol.name}', a number of the whole motion, in its "
+                "own expressions; use an Unknown there, and link it by a Bound of the problem"
             )
 
 
@@ -73,9 +73,9 @@ def _check_times(phase: Phase) -> None:
             )
     if phase.breakpoints and not phase.has_fixed_times:
         raise StatementError(
-            f"phase '{phase.name}' has a free time and breakpoints at known ones; state two phases "
-            f"that meet at {phase.breakpoints[0]:.6g} s, linked by joined(first, second), of which "
-            "the later one may take no time"
+            f"phase '{phase.name}' has a free time and breakpoints at fixed times; use two phases "
+            f"that meet at {phase.breakpoints[0]:.6g} s, linked by joined(first, second), the "
+            "later of which may have zero duration"
         )
     first = phase.start.lower if isinstance(phase.start, Between) else phase.start
     last = phase.end.upper if isinstance(phase.end, Between) else phase.end
@@ -115,12 +115,13 @@ def _no_state(phase: Phase, thing: Any, what: str) -> StatementError:
     """A boundary value of something that is no state of the phase, with what to write instead."""
     end = "start" if what == "initial" else "end"
     text = expression_text(thing) if isinstance(thing, ca.SX) else getattr(thing, "name", thing)
-    remedy = "give the State itself, not its name"
+    remedy = "give the State object, not its name"
     if isinstance(thing, State):
         remedy = "add its derivative"
     elif isinstance(thing, (Signal, ca.SX)):
         remedy = (
-            f"only a State has one: bound it in the problem, bounds=[phase.at_{end}({text}) == ...]"
+            "only a State has one: bound this expression in the problem, "
+            f"bounds=[phase.at_{end}({text}) == ...]"
         )
     return StatementError(
         f"phase '{phase.name}' has {'an' if what == 'initial' else 'a'} {what} value for '{text}' "
@@ -134,7 +135,7 @@ def _check_limit(value: Any, what: str) -> None:
         if not isinstance(symbol, Constant):
             raise StatementError(
                 f"{what} depends on '{symbol.name}'; limits are numbers or expressions of "
-                "Constants: bring the rest into the expression that is bounded"
+                "Constants: move the rest into the bounded expression"
             )
 
 
@@ -145,8 +146,8 @@ def check_meeting(first: Phase, second: Phase) -> None:
     begins = (start.lower, start.upper) if isinstance(start, Between) else (start, start)
     if latest < begins[0] or earliest > begins[1]:
         raise StatementError(
-            f"phase '{second.name}' cannot begin where phase '{first.name}' ends: the one starts "
-            f"at {start} s, the other ends at {end} s; give both the same time"
+            f"phase '{second.name}' cannot begin when phase '{first.name}' ends: it starts at "
+            f"{start} s, but '{first.name}' ends at {end} s; give both the same time"
         )
 
 
@@ -157,7 +158,7 @@ def check_jump(second: Phase, jump: Mapping[State, Any]) -> None:
         if not isinstance(state, State) or state not in second.dynamics:
             raise StatementError(
                 f"the jump into phase '{second.name}' is of '{getattr(state, 'name', state)}', "
-                f"which is no state of it; give a State itself, one of {states}"
+                f"which is not a state of this phase; give a State object, one of {states}"
             )
 
 
@@ -168,9 +169,9 @@ def _check_coupled(problem: Problem) -> None:
         for signal in problem.signals[phase.name]:
             if isinstance(signal, Signal) and signal.coupled and signal not in known:
                 raise StatementError(
-                    f"the limit of '{signal.name}' depends on an unknown, but phase "
-                    f"'{phase.name}' has '{signal.name}' in an integral, a peak or an end value "
-                    "only; state the limit in the phase's bounds"
+                    f"the limit of '{signal.name}' depends on an unknown, but phase '{phase.name}' "
+                    f"has '{signal.name}' in an integral, a peak or an end value only; write the "
+                    "limit in the bounds of the phase"
                 )
 
 
@@ -228,8 +229,8 @@ def _check_origins(problem: Problem) -> None:
             if name in phases and not _same_dynamics(dynamics, phases[name].dynamics):
                 raise StatementError(
                     f"'{functional.name}' in problem '{problem.name}' was made from another phase "
-                    f"of the name '{name}', with other states or dynamics than the phase '{name}' "
-                    "of the problem; make it from the phase that you give to the problem"
+                    f"named '{name}', with other states or dynamics than the phase '{name}' of the "
+                    "problem; make it from the phase that you give to the problem"
                 )
 
 
@@ -286,6 +287,6 @@ def _check_peaks(problem: Problem) -> None:
                 continue
             if (lower and float(slope) > 0) or (upper and float(slope) < 0):
                 raise StatementError(
-                    f"{what} asks for a large peak '{peak.name}'; a peak can be limited from above "
-                    "and minimised only"
+                    f"{what} requires a large peak '{peak.name}'; a peak can only be limited from "
+                    "above and minimised"
                 )

@@ -32,12 +32,12 @@ LIMIT_WORDS = {
 }
 _OF_A_SIGNAL = {
     **LIMIT_WORDS,
-    "guess": "write it where the phase is stated: Phase(guess={{signal: {value}}})",
+    "guess": "write it in the phase: Phase(guess={{signal: {value}}})",
 }
 _OF_A_STATE = {
     **_OF_A_SIGNAL,
-    "initial": "write it where the phase is stated: Phase(initial={{state: {value}}})",
-    "final": "write it where the phase is stated: Phase(final={{state: {value}}})",
+    "initial": "write it in the phase: Phase(initial={{state: {value}}})",
+    "final": "write it in the phase: Phase(final={{state: {value}}})",
 }
 _OF_AN_UNKNOWN = {
     **LIMIT_WORDS,
@@ -94,7 +94,7 @@ class Symbol(ca.GenericExpressionCommon):
 
     def __float__(self) -> float:
         raise StatementError(
-            f"'{self.name}' is a symbol and no number; write ca.sin(x) instead of math.sin(x), and "
+            f"'{self.name}' is a symbol, not a number; write ca.sin(x) instead of math.sin(x), and "
             "after the solve solution.sample(x, times) or solution.value(x)"
         )
 
@@ -411,9 +411,9 @@ class Between:
         for limit in (self.lower, self.upper):
             if not is_real(limit):
                 raise StatementError(
-                    f"a limit of a free time is {limit!r}; give a number of seconds, and state "
-                    "what depends on an unknown or a constant as a bound of the problem, such as "
-                    "Bound('end', phase.end_time - limit, 's', upper=0)"
+                    f"a limit of a free time is {limit!r}; give a number of seconds, or write a "
+                    "limit that depends on an unknown or a constant as a bound of the problem, "
+                    "such as Bound('end', phase.end_time - limit, 's', upper=0)"
                 )
         check_interval("a free time", self.lower, self.upper)
         if self.guess is None:
@@ -479,9 +479,8 @@ def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
         symbol = _DECLARED.get(bare.element_hash())
         if symbol is None:
             raise StatementError(
-                f"{where} contains the symbol '{bare.name()}', which no State, Control, "
-                "Algebraic, Unknown or Constant in use declares; declare it and keep it in a "
-                "variable"
+                f"{where} contains the symbol '{bare.name()}', which no State, Control, Algebraic, "
+                "Unknown or Constant declares; declare it and keep it in a variable"
             )
         symbols.append(symbol)
     return tuple(symbols)
@@ -516,7 +515,7 @@ def scalar(expression: Any, where: str) -> ca.SX:
         # CasADi's own text lists prototypes, which help nobody
         remedy = "give one expression of signals, unknowns, constants and functionals"
         if isinstance(expression, ca.MX):
-            remedy = "an MX does not mix with the symbols declared here, which are of type SX"
+            remedy = "an MX cannot be combined with the symbols declared here, which are of type SX"
         elif callable(expression):
             remedy = "call it, and give the expression that it returns"
         raise StatementError(
@@ -524,7 +523,8 @@ def scalar(expression: Any, where: str) -> ca.SX:
         ) from None
     if not sx.is_scalar():
         raise StatementError(
-            f"{where} has shape {sx.shape[0]}x{sx.shape[1]}; give one scalar expression an entry"
+            f"{where} has shape {sx.shape[0]}x{sx.shape[1]}; give one scalar expression for each "
+            "entry"
         )
     return sx if sx.is_dense() else ca.densify(sx)
 
@@ -558,8 +558,8 @@ def check_interval(name: str, lower: Any, upper: Any) -> None:
             )
     if is_number(lower) and is_number(upper) and lower > upper:
         raise StatementError(
-            f"the bounds of '{name}' cross: lower {lower} is above upper {upper}; swap or widen "
-            "them"
+            f"the bounds of '{name}' contradict each other: lower {lower} is above upper {upper}; "
+            "swap or widen them"
         )
 
 

@@ -140,5 +140,7 @@ def _by_component(value: Any, count: int, where: str) -> Sequence[Any]:
     else:
         entries = [column] * count
     if len(entries) != count:
-        raise StatementError(f"{where} has {len(entries)} entries; give {count}, one a component")
+        raise StatementError(
+            f"{where} has {len(entries)} entries; give {count}, one for each component"
+        )
     return entries

@@ -57,10 +57,11 @@ def _check_angles(solved: Sequence[SolvedMesh]) -> None:
     if lost := lost_angle(last.iterate):
         phase, control = lost
         raise NumericalTrouble(
-            f"the control '{control.name}' of phase '{phase}' turns back and forth between "
-            f"neighbouring points, even after {len(solved)} mesh iterations: it has no bounds, and "
-            "more than its sine and cosine depends on it, so that whole turns cannot be taken out; "
-            f"bound this angle, as in Control({control.name!r}, lower=-4, upper=4)",
+            f"the control '{control.name}' of phase '{phase}' jumps back and forth between "
+            f"neighbouring points, even after {len(solved)} mesh iterations, because it has no "
+            "bounds; its full turns cannot be removed, because the problem does not only contain "
+            f"its sine and cosine; bound this angle, as in Control({control.name!r}, lower=-4, "
+            "upper=4)",
             last.iterate.trajectory,
         )
 

@@ -51,8 +51,8 @@ def _check_impulses(solved: Sequence[SolvedMesh]) -> None:
     height = with_unit(f"{found.height:.1e}", found.control.unit)
     raise NumericalTrouble(
         f"the control '{name}' of phase '{found.phase}' reaches {height} in ever narrower "
-        f"intervals, after {len(solved)} mesh iterations: nothing limits it, and the best motion "
-        f"would need an impulse; give it a limit, as in Control({name!r}, {side}=...)",
+        f"intervals, after {len(solved)} mesh iterations: it has no limit, and the optimum is an "
+        f"impulse; add a limit, as in Control({name!r}, {side}=...)",
         last.trajectory,
     )
 
@@ -66,10 +66,9 @@ def _check_states(solved: Sequence[SolvedMesh]) -> None:
     side = "upper" if found.sign > 0 else "lower"
     before, last = (with_unit(f"{value:.2g}", unit) for value in (found.before, found.last))
     raise Unbounded(
-        f"the state '{name}' of phase '{found.phase}' grows without bound, from {before} to {last} "
-        "in four mesh iterations, and the dynamics do not hold on any of them: the "
-        "motion leaves for infinity within the phase; limit the state, as in "
-        f"State({name!r}, {side}=...)",
+        f"the state '{name}' of phase '{found.phase}' grows without bound, from {before} to "
+        f"{last} in four mesh iterations, and the dynamics are not satisfied on any of them: the "
+        f"motion diverges within the phase; limit the state, as in State({name!r}, {side}=...)",
         solved[-1].iterate.trajectory,
     )
 

@@ -30,15 +30,14 @@ def budget_spent(
     state = "no mesh iteration was solved"
     if best is not None:
         state = (
-            f"the errors between the points were still {best.errors.dynamics:.1e} of the "
+            f"the remaining errors between the points are {best.errors.dynamics:.1e} of the "
             f"dynamics and {max(best.errors.excess, 0.0):.1e} of the constraints"
         )
     mesh_iterations = history.mesh_iterations
     return BudgetSpent(
-        f"the budget of {meshes.budget} for '{meshes.problem.name}' ended in mesh iteration "
+        f"the budget of {meshes.budget} for '{meshes.problem.name}' was reached in mesh iteration "
         f"{len(mesh_iterations)} after {iterations_of(mesh_iterations)} iterations: {state}; "
-        "raise the budget, loosen the tolerances or "
-        "give a better guess",
+        "raise the budget, loosen the tolerances or give a better guess",
         last,
         None if best is None else best.iterate.trajectory,
         reached,

@@ -164,8 +164,9 @@ def _check_way_back(form: Form, last: Reformulation) -> None:
     missing += [f"'{s.name}'" for s in (*gone, *without) if s not in form.back]
     if missing:
         raise StatementError(
-            f"the reformulation {last!r} of problem '{form.statement.name}' gives no way back to "
-            f"{missing[0]}; give it by the new symbols, in back= of its Restated"
+            f"the reformulation {last!r} of problem '{form.statement.name}' does not convert "
+            f"{missing[0]} back; give it as an expression of the new symbols, in back= of its "
+            "Restated"
         )
 
 

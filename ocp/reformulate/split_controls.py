@@ -195,11 +195,11 @@ def check_parts(problem: Problem, trajectory: Trajectory) -> None:
     _, interval, motion, made = found[0]
     instant = float(motion.breakpoints[interval : interval + 2].mean())
     raise SolveFailed(
-        f"the rates of phase '{motion.name}' of '{problem.name}' have the modulus or the largest "
-        f"value of '{made.of}', and its positive and its negative part at once would "
-        f"gain or cost nothing, as at {instant:.3g} s: something there pays for losses, such as a "
-        "negative price; state it so that losses cost, or, if both are possible at once, state "
-        "them as two controls, each not negative",
+        f"the rates of phase '{motion.name}' of '{problem.name}' contain an absolute value or a "
+        f"maximum of '{made.of}', and a positive and a negative part at the same time would be "
+        f"free or an advantage, as at {instant:.3g} s, for example because of a negative price; "
+        "change the problem so that losses have a cost, or, if both parts are possible at the "
+        "same time, use two non-negative controls",
         trajectory,
     )
 

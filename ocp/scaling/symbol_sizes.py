@@ -70,7 +70,7 @@ class Variation:
         if not finite.any():
             return 0.0, ""
         worst = int(np.argmax(finite))
-        return float(finite[worst]), f"moves so far with '{self.symbols[worst].name}'"
+        return float(finite[worst]), f"changes by this amount with '{self.symbols[worst].name}'"
 
     @property
     def size(self) -> tuple[float, str]:
@@ -237,7 +237,7 @@ STATED = "stated"
 GUESS = "guess"
 GUESSED_NUMBER = "guess, or middle of its bounds"
 BOUNDS = "bounds"
-NOTHING_KNOWN = "nothing known"
+NOTHING_KNOWN = "no information"
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,8 +42,8 @@ def write_file(path: str | Path, content: bytes) -> None:
         Path(path).write_bytes(content)
     except OSError as error:
         raise FileError(
-            f"'{path}' cannot be written ({error.strerror}); give a path in a folder that exists "
-            "and that you may write to"
+            f"'{path}' cannot be written ({error.strerror}); give a path in an existing folder "
+            "with write permission"
         ) from error
 
 

@@ -191,7 +191,7 @@ def _parsed(text: bytes, packed_size: int) -> Any:
 
 
 def _no_solution(name: str) -> FileError:
-    return FileError(f"'{name}' holds no solution; give a file that ocp.save wrote")
+    return FileError(f"'{name}' contains no solution; give a file that ocp.save wrote")
 
 
 def _read(
@@ -337,7 +337,7 @@ class _Reader:
             return base64.b64decode(content)
         if kind == "object" and 0 <= content < len(self.objects):
             return self.objects[content]
-        raise ValueError(f"it refers to {value!r}, which is not there")
+        raise ValueError(f"it refers to {value!r}, which does not exist")
 
     def made(self, entry: Mapping[str, Any]) -> Any:
         """A new object."""
@@ -361,7 +361,7 @@ class _Reader:
     def _expression(self, entry: Mapping[str, Any]) -> ca.SX:
         symbols = [self.read(symbol) for symbol in entry["symbols"]]
         if not all(isinstance(symbol, Symbol) for symbol in symbols):
-            raise ValueError("it has an expression of something else than symbols")
+            raise ValueError("it has an expression that contains something other than symbols")
         instructions = tuple(self._instruction(*parts) for parts in entry["instructions"])
         graph = ExpressionGraph(instructions, (entry["result"],))
         (expression,) = graph.rebuilt([symbol.symbol for symbol in symbols])
@@ -374,7 +374,7 @@ class _Reader:
             return Instruction(name, rest)
         table = self.read(rest[0])
         if not isinstance(table, Interpolant):
-            raise ValueError("it has an expression that calls something else than a table")
+            raise ValueError("it has an expression that calls something other than a table")
         return Instruction(name, rest[1:], function=table.function)
 
 

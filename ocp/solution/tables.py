@@ -111,8 +111,8 @@ def _remarks(solution: Solution) -> Iterator[str]:
     yield f"problem: {problem.name}"
     yield f"objective: {with_unit(repr(solution.objective), unit)}"
     yield f"verdict: {solution.verdict}"
-    yield f"replay misses the end by: {verification.miss:.3g} of the states' sizes"
-    yield f"largest excess of a constraint: {verification.excess:.3g} of its size"
+    yield f"end-state error of the replay: {verification.miss:.3g} of the scale of the states"
+    yield f"largest violation of a constraint: {verification.excess:.3g} of its scale"
     numbers = {**solution.trajectory.constants, **solution.trajectory.unknowns}
     for symbol in (*problem.constants, *problem.unknowns):
         yield f"{symbol.name}: {with_unit(repr(numbers[symbol.name]), symbol.unit)}"

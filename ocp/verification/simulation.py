@@ -137,7 +137,9 @@ class SimulatedMotion:
         if not self.phases:
             return "SimulatedMotion(not simulated)"
         names = ", ".join(f"'{phase.name}'" for phase in self.phases)
-        return f"SimulatedMotion({names}; misses the end by {self.miss:.2g} of the states' sizes)"
+        return (
+            f"SimulatedMotion({names}; end-state error {self.miss:.2g} of the scale of the states)"
+        )
 
 
 def simulate(

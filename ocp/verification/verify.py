@@ -209,7 +209,7 @@ class Verification:
         verdict = "passed" if self.passed else "; ".join(self.reasons) or "not verified"
         return (
             f"Verification({verdict}: replayed end {self.miss:.2g}, constraints {self.excess:.2g} "
-            "of their sizes)"
+            "of their scale)"
         )
 
 
@@ -343,55 +343,55 @@ def _compared(
         By how much of the objective its costs are too small between the points.
     """
     yield _Compared(
-        numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size"
+        numbers.miss, accuracy.replay, "the replay misses the end state by {} of its scale"
     )
     yield _Compared(
         numbers.excess,
         SLACK * accuracy.path,
-        "a path constraint or peak of the replay is exceeded by {} of its size; if its value is "
-        "nearly zero, state scale= of the Bound or peak, the size that matters",
+        "the replay violates a path constraint or peak by {} of its scale; if its value is nearly "
+        "zero, set scale= of the Bound or peak to a typical magnitude",
     )
     yield _Compared(
         numbers.dynamics,
         SLACK * accuracy.dynamics,
-        "the dynamics, an integral or an equation is off by {} between the points",
+        "the error of the dynamics, an integral or an equation between the points is {}",
     )
     yield _Compared(
         numbers.effect,
         _EFFECT,
-        "what limits are exceeded by between the points gains {} of the objective: state the limit "
-        "that matters as a Bound with scale=, the size of what may not be exceeded",
+        "violations of limits between the points improve the objective by {} of it: write the "
+        "important limit as a Bound with scale=, the magnitude that the limit must resolve",
     )
     yield _Compared(
         abs(numbers.replayed_objective - numbers.objective) / size,
         SLACK * max(accuracy.replay, accuracy.path if numbers.peaks else 0.0),
-        "the objective of the replay differs from the solver's by {} of its size"
+        "the objective of the replay differs from that of the solver by {} of its scale"
         + _loose_peaks(numbers),
     )
     yield _Compared(
         of_kinks,
         SLACK * accuracy.replay,
-        "the costs are too small between the points of the mesh by {} of the objective: the "
-        "control that stands for a modulus, a largest value or the size of a vector is below it "
-        "there; allow more intervals, and for a vector state the scale= of its controls",
+        "the costs between the points of the mesh are too small by {} of the objective, because "
+        "the control that replaces an absolute value, a maximum or the length of a vector is "
+        "below it there; allow more intervals, and for a vector set the scale= of its controls",
     )
 
     for excesses, allowed in ((path, accuracy.path), (dict(numbers.bounds), accuracy.replay)):
         for name, excess in excesses.items():
-            words = f"'{name}' is exceeded by {{}} of its size"
+            words = f"the violation of '{name}' is {{}} of its scale"
             yield _Compared(excess, SLACK * allowed, words)
 
 
 def _loose_peaks(numbers: Verification) -> str:
     """Peaks that count as more than the motion has: nothing holds them to it."""
     loose = [
-        f"the peak '{name}' counts as {stated:.6g}, and the motion has {dense:.6g}"
+        f"the peak '{name}' is {stated:.6g} in the objective, but {dense:.6g} in the motion"
         for name, stated, dense in numbers.peaks
         if stated - dense > _LOOSE * abs(stated)
     ]
     if not loose:
         return ""
-    return f", as {', '.join(loose)}: state an objective that is the better, the less a peak is"
+    return f", because {', '.join(loose)}: use an objective that improves if the peak decreases"
 
 
 def unverified(objective: float) -> Verification:

@@ -118,7 +118,7 @@ def test_between_changes_the_minimum_principle_holds_strictly():
     # a switch smears costates over its interval only: H = -1 elsewhere, to the dual tolerance
     within = check_of(solve(dash()), "between changes of 'dash': Hamiltonian")
     assert within.value < 1e-7
-    assert "intervals hold a change or are next to one" in within.sentence
+    assert "intervals contain a change or are next to one" in within.sentence
 
 
 def test_a_costate_that_is_off_between_changes_fails():
@@ -372,7 +372,7 @@ def test_an_optimum_of_zero_is_certified(cost):
 def test_a_peak_of_which_less_is_not_better_is_named():
     _, v, u, move = rest_to_rest(lower=-9, upper=9)
     cost = (move.peak(v, name="top") - 2) ** 2 + 1e-3 * move.integral(u**2)
-    with pytest.raises(Unverified, match=r"the peak 'top' counts as 2, and the motion has 1\.5"):
+    with pytest.raises(Unverified, match=r"the peak 'top' is 2 in the objective, but 1\.5"):
         solve(Problem("fast", move, minimise=cost))
 
 
@@ -527,7 +527,7 @@ def test_a_budget_leaves_it_open_and_the_certificate_unconfirmed():
     certificate = certify(solve(least_effort()), diagnostics=asked)
     assert certificate.passed
     assert not certificate.confirmed
-    assert "open  a second solve: no run from beside this motion" in str(certificate)
+    assert "open  a second solve: no run from a perturbed start" in str(certificate)
     assert [check.name for check in certificate.checks if check.open] == ["a second solve"]
 
 

@@ -76,7 +76,7 @@ def test_standing_still_is_not_the_best_motion(problem, optimum):
 
 @pytest.mark.parametrize("end", [3.3, pytest.param(6.0, marks=pytest.mark.slow)])
 def test_beyond_the_conjugate_point_there_is_no_minimum(end):
-    with pytest.raises(Unbounded, match=r"ran away to -"):
+    with pytest.raises(Unbounded, match=r"seems unbounded: it is -"):
         solve(beyond_the_conjugate_point(end, x))
 
 
@@ -333,7 +333,7 @@ def test_a_certificate_is_refused_if_the_objective_runs_away(
     certificate = certify(solve(problem))
     (second,) = (check for check in certificate.checks if check.name == "a second solve")
     assert second.failed
-    assert "runs away" in second.sentence
+    assert "diverges" in second.sentence
     assert not certificate.passed
 
 

@@ -143,9 +143,9 @@ def test_a_vanished_phase_is_refused_where_a_longer_one_would_pay() -> None:
     found = solve(climb(weak_start=0.8))
     assert found.objective == pytest.approx(2.0, rel=1e-6)
     told = check_of(found, "other controls").sentence
-    assert "phase 'climb' takes no time (at 1 s), but if it lasts 1 s with" in told
+    assert "phase 'climb' has zero duration (at 1 s), but if it lasts 1 s with" in told
     assert "with second push = 1.5 m/s^2 instead of 0.9" in told
-    assert "the objective may improve by 25 %; state a guess" in told
+    assert "the objective may improve by 25 %; give a guess" in told
     # beside it the solver may find the longer phase, too
     assert failed(found) <= {"other controls", "a second solve"}
 

@@ -149,28 +149,28 @@ MISUSES = [
     (r"Bound has no 'expression'", lambda: Bound("room", upper=1)),
     # values of another kind
     (
-        r"'drive' is a phase without an objective; write Problem\('drive', phase, minimise",
+        r"'drive' is a phase, which has no objective; write Problem\('drive', phase, minimise",
         lambda: solve(drive()),
     ),
     (r"is of type list; give a Problem\(name, phases", lambda: solve([drive()])),
-    (r"'drive' is a phase without", lambda: scaling_report(drive())),
-    (r"'drive' is a phase without", lambda: with_objective(drive(), 0)),
+    (r"'drive' is a phase, which has no", lambda: scaling_report(drive())),
+    (r"'drive' is a phase, which has no", lambda: with_objective(drive(), 0)),
     (r"a Solution, not .*solve it first", lambda: certify(task(drive()))),
     (r"'push' with itself; give the phase", lambda: joined(PUSH, PUSH)),
     (
-        r"into phase 'rest' is of 'speed', which is no state of it; give a State itself",
+        r"into phase 'rest' is of 'speed', which is not a state of this phase; give a State object",
         lambda: joined(PUSH, REST, jump={"speed": v / 2}),
     ),
     (
-        r"is of 'height', which is no state of it; give .* one of position, speed",
+        r"is of 'height', which is not a state of this phase; give .* one of position, speed",
         lambda: joined(PUSH, REST, jump={State("height"): v / 2}),
     ),
     (
-        r"'late' cannot begin where phase 'push' ends: the one starts at 2.5 s, the other ends at",
+        r"'late' cannot begin when phase 'push' ends: it starts at 2.5 s, but 'push' ends at",
         lambda: joined(PUSH, Phase("late", RATES, start=2.5, end=3.0)),
     ),
     (
-        r"becomes the bound 'pushed upper' of phase 'drive', but there is another .* rename it",
+        r"becomes the bound 'pushed upper' of phase 'drive', but another bound has this.* rename",
         lambda: drive(dynamics={x: v, v: PUSHED}, bounds=[Bound("pushed upper", v, upper=9)]),
     ),
     (
@@ -196,7 +196,7 @@ MISUSES = [
     (r"'final' of phase .* is \[1, 0\]; give", lambda: drive(final=[1, 0])),
     (r"'final position' is '1'; give a num", lambda: drive(final={x: "1"})),
     (r"is \[1, 2\]; give a number or a pair", lambda: drive(final={x: [1, 2]})),
-    (r"a final value for 'position' .*give the State itself", lambda: drive(final={"position": 1})),
+    (r"a final value for 'position' .*give the State object", lambda: drive(final={"position": 1})),
     (r"a final value for 'force' .*phase.at_end\(force\)", lambda: drive(final={u: 1})),
     (
         r"a guess for 'position'.*give the signal itself",
@@ -221,11 +221,11 @@ MISUSES = [
         lambda: task(drive(), minimise=drive().integral(u) <= 3),
     ),
     (
-        r"a piece of the peak 'peak' is Phase.*; write phase.peak\(expression\)",
+        r"an entry of the peak 'peak' is Phase.*; write phase.peak\(expression\)",
         lambda: peak(drive(), u),
     ),
     (
-        r"the integral is taken of 'load', which is a number of the whole motion",
+        r"the integral contains 'load', which is itself a number of the whole motion",
         lambda: drive().integral(drive().peak(u, name="load")),
     ),
     (
@@ -239,7 +239,7 @@ MISUSES = [
     (r"guess '1.5' of a free time", lambda: Between(1, 2, "1.5")),
     (r"'jump' .* is 3; give a dict", lambda: joined(drive(), drive(), jump=3)),
     (r"'constants' is \[3\]; give a dictionary", solving(constants=[3])),
-    (r"an MX does not mix .* of type SX", lambda: drive().integral(ca.MX.sym("k"))),
+    (r"an MX cannot be combined .* of type SX", lambda: drive().integral(ca.MX.sym("k"))),
     (r"argument 'bound' is nan; give a finite number", solving(bound=math.nan)),
     (r"argument 'bound' is -inf; give a finite number", solving(bound=-math.inf)),
     (r"'settings' is of type dict; write", solving(settings={})),
@@ -254,17 +254,23 @@ MISUSES = [
     (r"neither true nor false.*one by one.*ca.if_else", lambda: -1 <= x <= 1),
     (r"neither true nor false.*one by one.*ca.if_else", lambda: x == 1 and v == 2),
     (r"ca.if_else\(.*\) instead of np.where$", lambda: np.where(x > 0, 1, 2)),
-    (r"'position' is a symbol and no number; write ca.sin", lambda: math.sin(x)),
-    (r"'k' is a symbol .*solution.value", lambda: float(Unknown("k"))),
+    (r"'position' is a symbol, not a number; write ca.sin", lambda: math.sin(x)),
+    (r"'k' is a symbol, not .*solution.value", lambda: float(Unknown("k"))),
     # statements that are ill-posed
     (r"initial value 5.0 of 'v'.*\[-1, 2\].*change one", lambda: move(initial={V: 5.0})),
     (r"final value.*'other'.*no dynamics.*add its derivative", lambda: move(final={other: 1.0})),
     (r"initial x.*2.0.*1.0.*swap", lambda: move(initial={X: (2.0, 1.0)})),
     (r"initial value of 'x'.*give a number or a", lambda: move(initial={X: (0.0, 1.0, 2.0)})),
     (r"'move' uses the state 'v'.*no dynamics.*add", lambda: Phase("move", {X: V}, end=1.0)),
-    (r"dynamics of phase 'move'.*no State", lambda: Phase("move", {U: X}, end=1.0)),
-    (r"'h' cross: lower 3 is above upper 2; swap", lambda: State("h", lower=3, upper=2)),
-    (r"'room' cross: lower 1 .* -1; swap", lambda: Bound("room", X, lower=1, upper=-1)),
+    (r"dynamics of phase 'move'.*not a State", lambda: Phase("move", {U: X}, end=1.0)),
+    (
+        r"'h' contradict each other: lower 3 is above upper 2; swap",
+        lambda: State("h", lower=3, upper=2),
+    ),
+    (
+        r"'room' contradict each other: lower 1 .* -1; swap",
+        lambda: Bound("room", X, lower=1, upper=-1),
+    ),
     (r"'room' has neither.*give one", lambda: Bound("room", X)),
     (r"'room' is '1 m'; give a number", lambda: Bound("room", X, lower="1 m")),
     (r"'thrust' is nan; give a number", lambda: Control("thrust", upper=math.nan)),
@@ -283,7 +289,7 @@ MISUSES = [
     (r"end of phase 'move' is inf; give a finite number", lambda: move(end=math.inf)),
     (r"3.0 s lies outside phase 'move' \(0.0 to 2.0 s\)", lambda: move(end=2.0).at(3.0, X)),
     (r"needs fixed times.*'move'.*split the phase", lambda: move(end=Between(1, 2)).at(1.0, X)),
-    (r"'load' has no.*give one", lambda: peak(name="load")),
+    (r"'load' has no.*give at least one", lambda: peak(name="load")),
     (r"'task' needs exactly one of minimise and maximise", lambda: Problem("task", [move()])),
     (r"'task' needs exactly one", lambda: Problem("task", [move()], minimise=0, maximise=0)),
     (r"'task' uses the signal 'x'.*wrap it in at_start", lambda: minimise(move(), X**2)),
@@ -294,11 +300,11 @@ MISUSES = [
     ),
     (r"signal called 'u'; rename", lambda: minimise(Phase("move", {X: U + twin}, end=1.0), 0)),
     (r"signal called 'x'; rename", lambda: minimise(Phase("move", {X: Control("x")}, end=1.0), 0)),
-    (r"'fast' asks for a large peak 'speed'.*from above", lambda: limited(lower=0.5)),
-    (r"'fast' asks for a large peak", lambda: limited(lower=Constant("least", value=0.5))),
-    (r"'fast' asks for a large peak", lambda: limited(-1, upper=-0.5)),
+    (r"'fast' requires a large peak 'speed'.*from above", lambda: limited(lower=0.5)),
+    (r"'fast' requires a large peak", lambda: limited(lower=Constant("least", value=0.5))),
+    (r"'fast' requires a large peak", lambda: limited(-1, upper=-0.5)),
     (
-        r"objective asks for a large peak",
+        r"objective requires a large peak",
         lambda: Problem("task", [moved := move()], maximise=moved.at_end(X) + moved.peak(V)),
     ),
     (r"objective of problem 'task' is a fixed number", lambda: minimise(move(), 3.0)),
@@ -315,10 +321,10 @@ MISUSES = [
         lambda: minimise(move(), Phase("else", {other: 1}, end=1.0).at_end(other)),
     ),
     (
-        r"'next'.*Unknown linked by a Bound",
+        r"'next'.*an Unknown there, and link it by a Bound",
         lambda: Phase("next", {other: move().at_end(X)}, end=1.0),
     ),
-    (r"0 intervals is impossible; ask for 1", lambda: uniform(0, 3)),
+    (r"the number of intervals of a mesh is 0; give 1", lambda: uniform(0, 3)),
     (r"run from 0 to 1", lambda: PhaseMesh(np.array([0.1, 1.0]), 3)),
     (r"must increase; remove", lambda: PhaseMesh(np.array([0, 0.5, 0.5, 1.0]), 3)),
     (r"only inner breakpoints.*\(2,\)", lambda: PhaseMesh(np.array([0, 0.5, 1.0]), 3, (2,))),
@@ -338,11 +344,11 @@ MISUSES = [
     ),
     (r"phase 'idle' has no state; write dynamics", lambda: Phase("idle", {}, end=1.0)),
     (
-        r"data of phase 'drive' at 1 s .*take them out",
+        r"data of phase 'drive' at 1 s .*remove them",
         lambda: drive().misfit(x, [0, 1], [1, math.nan]),
     ),
     (r"between 0.1 and inf needs a guess", lambda: solve(task(drive(end=Between(0.1, math.inf))))),
-    (r"breakpoint 11.0 of phase 'drive' is no time between", lambda: drive(breakpoints=[11.0])),
+    (r"breakpoint 11.0 of phase 'drive' is not between", lambda: drive(breakpoints=[11.0])),
     (r"breakpoint 'noon' of phase", lambda: drive(breakpoints=["noon"])),
     (r"two phases that meet at 0\.5 s", lambda: drive(end=Between(1, 5), breakpoints=[0.5])),
     (r"scale of 'the objective' is 0", lambda: task(drive(), scale=0)),
@@ -435,7 +441,9 @@ def test_what_a_solution_cannot_sample_is_said():
     solution = solve(problem, settings=Settings(intervals=5))
     with pytest.raises(StatementError, match=r"one number .*solution.value"):
         solution.sample(problem.minimise, [0, 1])
-    with pytest.raises(StatementError, match=r"'position' is no symbol of phase 'drive'.*not anot"):
+    with pytest.raises(
+        StatementError, match=r"'position' is not a symbol of phase 'drive'.*not anot"
+    ):
         solution.sample(State("position", "m"), [0, 1])
     with pytest.raises(StatementError, match=r"no phase 'ride'; give one of 'drive'"):
         solution.sample(x, [0, 1], phase="ride")
@@ -507,7 +515,7 @@ def other_cells():
 @pytest.mark.parametrize("which", other_cells())
 def test_a_functional_of_another_phase_of_that_name_is_refused(which):
     phase, other = drive(), other_cells()[which]
-    words = r"in problem 'task' was made from another phase of the name 'drive'.*make it from the"
+    words = r"in problem 'task' was made from another phase named 'drive'.*make it from the"
     for misused in (
         {"minimise": other.integral(u**2)},
         {"minimise": phase.integral(u**2) + other.end_time},
@@ -532,7 +540,7 @@ def test_functionals_of_a_phase_serve_its_copies():
 
 @pytest.mark.parametrize("expression", [0 * x, x - x, 3.0])
 def test_a_bound_on_a_mere_number_is_refused(expression: object) -> None:
-    sentence = r"the bound 'room' of phase 'drive' is on the number (0|3), which no motion changes"
+    sentence = r"the bound 'room' of phase 'drive' is on the number (0|3), which is constant"
     with pytest.raises(StatementError, match=sentence):
         drive(bounds=[Bound("room", expression, lower=1.0)])
     with pytest.raises(StatementError, match="the bound 'room' of problem 'task' is on the number"):
@@ -553,7 +561,7 @@ def test_a_problem_knows_its_symbols():
 def test_phases_that_follow_each_other_without_a_link_are_told():
     phases = (PUSH, REST)
     effort = PUSH.integral(u**2 + (x - 1) ** 2) + REST.integral(u**2)
-    with pytest.warns(StatementWarning, match=r"'rest' begins at 1.0 s, where 'push' ends, and"):
+    with pytest.warns(StatementWarning, match=r"'rest' begins at 1.0 s, when 'push' ends, and"):
         solve(Problem("apart", phases, minimise=effort))
 
     # an unknown may stand between the two
@@ -594,17 +602,17 @@ def meeting_pairs():
     return {
         "the same range": (
             apart(same),
-            r"begins between 0\.1 s and 1\.9 s, where 'push' ends, and both have the state "
+            r"begins between 0\.1 s and 1\.9 s, when 'push' ends, and both have the state "
             r"'position'.*links=joined.* or give 'position' an initial value in 'rest' if it",
         ),
-        "another guess": (apart(free_pair(begins=Between(0.1, 1.9, 1.0))), "where 'push' ends"),
+        "another guess": (apart(free_pair(begins=Between(0.1, 1.9, 1.0))), "when 'push' ends"),
         "a budget of both": (
             apart(same, bounds=[sum(phase.integral(u**2) for phase in same) <= 9]),
-            "where 'push' ends",
+            "when 'push' ends",
         ),
         "an end value in a bound": (
             apart(free_pair(final={}), bounds=[same[1].at_end(x) == 1]),
-            "where 'push' ends",
+            "when 'push' ends",
         ),
     }
 

@@ -78,7 +78,7 @@ def test_the_answer_is_told_in_terms_of_the_statement(found):
         values = found.sample(x, TIMES, replayed=replayed)
         assert values == pytest.approx(np.exp(TIMES), rel=1e-7)
     assert set(found.table()) == {"time", "x", "u"}
-    with pytest.raises(StatementError, match="'log x' is no symbol"):
+    with pytest.raises(StatementError, match="'log x' is not a symbol"):
         found.sample(z, TIMES)
 
 
@@ -141,7 +141,10 @@ def test_errors_hold_motions_of_the_statement():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ([Logarithm(backwards=False)], "gives no way back to 'x'; give it by the new symbols"),
+        (
+            [Logarithm(backwards=False)],
+            "does not convert 'x' back; give it as an expression of the new symbols",
+        ),
         (["epigraph"], "give objects with a method apply"),
         (None, "give objects with a method apply"),
         ([Logarithm], "give objects with a method apply"),
@@ -356,7 +359,7 @@ def test_limits_far_above_what_is_used_are_refused_and_a_scale_is_not():
         cost = ca.norm_2(vector(thrust)) + ca.sumsqr(vector(thrust)) / 2
         return Problem("least", phase, minimise=phase.integral(cost))
 
-    with pytest.raises(Unverified, match="for a vector state the scale= of its controls"):
+    with pytest.raises(Unverified, match="for a vector set the scale= of its controls"):
         solve(problem(lower=-1e4, upper=1e4))
     # on 20 intervals a second solve finds that 7e-6 are left
     stated, limited = (

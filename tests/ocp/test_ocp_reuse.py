@@ -94,7 +94,7 @@ def test_a_homotopy_halves_its_step_and_says_how_far_it_came() -> None:
     phase = Phase("move", {x: u}, initial={x: 0}, final={x: DISTANCE}, end=1.6)
     problem = Problem("unreachable", phase, minimise=phase.integral(u.symbol**2))
     settings = Settings(intervals=3)
-    with pytest.raises(HomotopyStopped, match=r"stopped at 1\.5 m on the way to 2 m") as stopped:
+    with pytest.raises(HomotopyStopped, match=r"stopped at 1\.5 m before 2 m") as stopped:
         homotopy(problem, DISTANCE, 2.0, settings=settings, least_step=0.25)
     assert stopped.value.reached == 1.5
     assert stopped.value.solution.objective == pytest.approx(1.5**2 / 1.6)
@@ -103,9 +103,9 @@ def test_a_homotopy_halves_its_step_and_says_how_far_it_came() -> None:
 
 
 def test_a_homotopy_needs_somewhere_to_go() -> None:
-    with pytest.raises(StatementError, match="no value to go to"):
+    with pytest.raises(StatementError, match="no target value"):
         homotopy(SWING, DISTANCE, [])
-    with pytest.raises(StatementError, match="least step"):
+    with pytest.raises(StatementError, match="minimum step"):
         homotopy(SWING, DISTANCE, 1.2, least_step=0)
 
 

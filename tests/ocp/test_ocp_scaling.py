@@ -99,11 +99,11 @@ def test_the_report_names_every_size_and_its_reason():
         ("signal", "u"): (3.0, "stated"),
         ("unknown", "k"): (2.0, "guess, or middle of its bounds"),
         ("time", "durations"): (5.0, "longest duration of a phase in the guess"),
-        ("bound", "move: cap"): (4.0, "moves so far with 'x'"),
+        ("bound", "move: cap"): (4.0, "changes by this amount with 'x'"),
         ("bound", "end"): (7.0, "stated"),
         # u^2 moves by (3 / 2)^2 at half a size, twice that is the slope
-        ("number", "effort"): (4.5 * 5, "moves so far with 'u', times the duration"),
-        ("objective", "objective"): (22.5, "moves so far with 'effort'"),
+        ("number", "effort"): (4.5 * 5, "changes by this amount with 'u', times the duration"),
+        ("objective", "objective"): (22.5, "changes by this amount with 'effort'"),
     }
     assert {key: (e.size, e.reason) for key, e in entries.items()} == reasons
     lines = str(scaling_report(ordinary())).splitlines()
@@ -229,7 +229,9 @@ def test_sizes_of_a_motion_that_was_far_larger_do_not_stay(large, with_multiplie
 def test_of_the_moves_of_an_expression_the_largest_finite_one_is_its_size() -> None:
     x, v, u = State("x"), State("v"), Control("u")
     moves = Variation(value=0.5, symbols=(x, v, u), moves=(3.0, np.inf, 3.0))
-    assert moves.largest == (3.0, "moves so far with 'x'"), "the first of several that are equal"
+    assert moves.largest == (3.0, "changes by this amount with 'x'"), (
+        "the first of several that are equal"
+    )
     assert moves.size == (0.5, "value at the guess")
     assert Variation(value=0.02, symbols=(x,), moves=(3.0,)).size[0] == 3.0
     assert Variation(value=0.0, symbols=(x,), moves=(0.0,)).largest == (0.0, "")

@@ -455,11 +455,13 @@ def test_other_files_are_refused(stored, tmp_path):
     path = tmp_path / "other"
     for data in (b"text", b"", pickle.dumps(Trap())):
         path.write_bytes(data)
-        with pytest.raises(ValueError, match=r"holds no solution; give a file that ocp.save wrote"):
+        with pytest.raises(
+            ValueError, match=r"contains no solution; give a file that ocp.save wrote"
+        ):
             load(path)
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("letter.txt", "text")
-    with pytest.raises(ValueError, match="holds no solution"):
+    with pytest.raises(ValueError, match="contains no solution"):
         load(path)
 
 
@@ -475,7 +477,7 @@ def test_a_path_that_leads_nowhere_is_named(stored, tmp_path):
 
 def test_files_of_other_versions_are_refused(stored, tmp_path):
     (tmp_path / "first").write_bytes(b"ocp solution 1\n" + pickle.dumps(Trap()))
-    with pytest.raises(ValueError, match="holds no solution"):
+    with pytest.raises(ValueError, match="contains no solution"):
         load(tmp_path / "first")
     path = changed(stored, tmp_path / "later", lambda text: text.update(version=8))
     with pytest.raises(ValueError, match=r"in file version 8, but .*solve again and save it"):
@@ -497,7 +499,7 @@ def test_truncated_files_are_refused_at_every_length(stored, tmp_path):
         (lambda text: of_class(text, "State").update({"class": "Popen"}), "unknown class 'Popen'"),
         (lambda text: of_class(text, "State")["fields"].update(shell=True), "other fields"),
         (lambda text: of_class(text, "Problem")["fields"].pop("name"), "damaged"),
-        (lambda text: text.update(root={"object": 10**6}), "which is not there"),
+        (lambda text: text.update(root={"object": 10**6}), "which does not exist"),
         (lambda text: text["objects"].insert(0, {"array": 10**6}), "damaged"),
         (lambda text: text.pop("objects"), "damaged"),
         (

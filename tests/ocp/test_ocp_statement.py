@@ -205,7 +205,7 @@ def test_a_phase_that_ends_at_a_free_time_is_split_at_known_ones() -> None:
 
 
 def test_a_step_in_a_phase_with_a_free_time_is_told() -> None:
-    with pytest.warns(StatementWarning, match="of which the later one may take no time"):
+    with pytest.warns(StatementWarning, match="the later of which may have zero duration"):
         problem = wind_over([0.0])
     assert problem.steps["part 0"] == ()
 
@@ -419,17 +419,17 @@ def test_relations_stand_beside_bounds_in_a_statement():
 @pytest.mark.parametrize(
     ("relation", "message"),
     [
-        (x, "'x', which is no relation; write a relation such as x <= 2, or Bound"),
-        (x != 2, "'x != 2', which is no relation"),
+        (x, "'x', which is not a relation; write a relation such as x <= 2, or Bound"),
+        (x != 2, "'x != 2', which is not a relation"),
         (3, "is 3; write a relation such as x <= 2"),
         (True, "is True; write"),
         ("x <= 2", "is 'x <= 2'; write"),
-        (ca.logic_and(x <= 2, x >= 0), "joins two relations: 'x <= 2 and 0 <= x'; give each"),
-        (x <= x, "always holds"),
+        (ca.logic_and(x <= 2, x >= 0), "combines two relations: 'x <= 2 and 0 <= x'; give each"),
+        (x <= x, "always satisfied"),
         (c <= 2, "relates numbers and constants only"),
         (x <= INF, "'x <= inf' has neither a lower nor an upper limit"),
         (x <= math.nan, "is nan; give a number"),
-        (ca.vertcat(x, v) <= 1, "shape 2x1; give one scalar expression an entry"),
+        (ca.vertcat(x, v) <= 1, "shape 2x1; give one scalar expression for each entry"),
         (ca.SX.sym("y") <= 1, "a bound of phase 'travel' contains the symbol 'y', which no State"),
     ],
 )

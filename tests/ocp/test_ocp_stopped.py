@@ -108,7 +108,7 @@ def test_a_spent_budget_hands_over_the_best_motion():
     assert found.objective == pytest.approx(first.objective, rel=1e-12)
     assert not found.interrupted
     assert abs(found.objective - OPTIMUM) / OPTIMUM < found.accuracy <= 1e-2
-    assert f"the budget of {most} iterations ended the refinement" in found.verdict
+    assert f"refinement ended at the budget of {most} iterations" in found.verdict
 
 
 def test_a_budget_ends_refinement_with_the_best_round_that_holds() -> None:
@@ -123,7 +123,7 @@ def test_a_budget_ends_refinement_with_the_best_round_that_holds() -> None:
     assert len(short.mesh_iterations) == 1
     assert short.verification.passed
     assert "the budget of" in short.verdict
-    assert "ended the refinement" in short.verdict
+    assert "refinement ended" in short.verdict
     assert "budget" not in full.verdict
 
 
@@ -143,7 +143,7 @@ def test_a_budget_of_seconds_is_kept() -> None:
 
 
 def test_what_nobody_can_trust_is_no_solution():
-    with pytest.raises(BudgetSpent, match="errors between the points were still") as caught:
+    with pytest.raises(BudgetSpent, match="remaining errors between the points are") as caught:
         solve(following(), settings=Settings(intervals=2, iterations=20))
     assert caught.value.finished is not None
 
@@ -169,7 +169,7 @@ def test_no_mesh_is_begun_that_cannot_be_examined_in_time(monkeypatch):
         return estimate_errors(*arguments)
 
     monkeypatch.setattr(mesh_solver, "estimate_errors", slowly)
-    with pytest.raises(BudgetSpent, match="ended in mesh iteration 1 "):
+    with pytest.raises(BudgetSpent, match="was reached in mesh iteration 1 "):
         solve(following(), settings=Settings(seconds=2))
 
 

@@ -59,4 +59,4 @@ def front_between(
 
 def _count_and_seconds(points: Sequence[FrontPoint]) -> str:
     seconds = sum(point.seconds for point in points)
-    return f"{len(points)} points of the front in {seconds:.1f} s"
+    return f"{len(points)} points of the Pareto front in {seconds:.1f} s"

@@ -146,7 +146,7 @@ def walk(
             try:
                 point = subject.afresh(limit, before, way)
             except PointNotFound:
-                say(f"nothing was found at {limit:.6g}: {error}")
+                say(f"no point was found at {limit:.6g}: {error}")
                 break
         yield point
         before, share = point, min(1.0, 2 * share)

@@ -29,7 +29,7 @@ from ocp.solution.solution import Solution
 # Parts above the least limit at which the front's first point is sought.  At the least itself only
 # one motion is left, and the multiplier of the limit may be infinite.
 _ABOVE_THE_LEAST = (2e-3, 1e-2, 5e-2)
-_LIMIT = "limit of the front"
+_LIMIT = "limit of the Pareto front"
 
 
 @checked_keywords()
@@ -76,12 +76,15 @@ def front(
         An end of the front was not found.
     """
     if not isinstance(points, int) or points < 2:
-        raise StatementError(f"a front of {points!r} points cannot be drawn; give 2 or more")
+        raise StatementError(
+            f"the number of points of the Pareto front is {points!r}; give 2 or more"
+        )
     if limits is not None:
         low, high = limits
         if not (is_real(low) and is_real(high) and low < high):
             raise StatementError(
-                f"the limits {limits!r} of the front cross; give (lowest, highest)"
+                f"the limits {limits!r} of the Pareto front are not in order; give (lowest, "
+                "highest)"
             )
     limit = Constant(_LIMIT, value=0.0)
     bound = Bound("limited objective", limited, upper=limit)

@@ -233,7 +233,7 @@ def test_a_study_of_python_is_checked_too() -> None:
 
 def test_a_price_without_a_number_is_said_and_stored_as_one() -> None:
     """Where several limits fix the optimum none can be moved alone, and the slope is infinite."""
-    note = "several limits hold the optimum at once: the active set is about to change"
+    note = "several limits are active together: the active set is about to change"
     record = {"title": "crank", "unit": "m", "side": "upper", "limit": 0.13, "price": math.inf}
     price = Price(**record, of_the_design=True, note=note)
     assert price.sentence == f"crank, at most 0.13 m: its price has no number, as {note}"
