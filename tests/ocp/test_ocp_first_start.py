@@ -151,7 +151,7 @@ def test_a_slope_that_is_infinite_at_no_guess_is_left_by_other_starts(duration):
 
 
 def test_a_motion_of_the_user_with_an_infinite_slope_is_answered_with_its_expression():
-    words = r"the objective has a derivative that is NaN or infinite .*where 'integral' = 0; start"
+    words = r"the objective has a derivative that is NaN or infinite .*where 'integral' = 0; give"
     with pytest.raises(InvalidNumber, match=words):
         solve(root_of_the_effort(1.0, x=(0, 1), u=0.0))
 

@@ -108,7 +108,7 @@ def test_only_what_is_named_gives_way_and_bounds_of_one_name_together():
 
 def test_a_name_for_all_phases_keeps_them_all():
     ends = ["there: x final", "on: x final", "there: x initial"]
-    with pytest.raises(StatementError, match="all limits of 'trip' are kept"):
+    with pytest.raises(StatementError, match="all limits of 'trip' are in keep"):
         relaxed(there_and_back(), keep=["pace", *ends])
     found = relaxed(there_and_back(), keep=["pace"])
     assert all("pace" not in item.name for item in found.items)
@@ -147,5 +147,5 @@ def test_names_that_are_none():
         relaxed(too_far(), keep=["flight: z final"])
     x, u = State("x"), Control("u")
     free = Phase("free", {x: u}, end=Between(1, 2))
-    with pytest.raises(StatementError, match=r"all limits of 'free' are kept"):
+    with pytest.raises(StatementError, match=r"all limits of 'free' are in keep"):
         relaxed(Problem("free", [free], minimise=free.integral(u**2 + x**2)))
