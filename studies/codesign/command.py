@@ -9,7 +9,7 @@ STUDY = Study(
     summary="mechanism and motion of the ring truss as one problem",
     description="Finds the crank, link and springs of the ring truss together with its motion, for "
     "the least rope force. Diameter, end tension of the net, holding force, stroke, stowed height "
-    "and largest force in a bar are kept. Each bound that presses is listed with its price.",
+    "and largest force in a bar are kept. Each active bound is listed with its shadow price.",
     keys={
         "": "studies.truss.config:TrussStudy",
         "design": "studies.codesign.config:DesignSpace",

@@ -59,29 +59,31 @@ class DesignSpace:
     free: tuple[str, ...] = key(
         choices(FREE),
         "",
-        "parameters that are free",
+        "free parameters",
         default=FREE,
         flags=(Flag("--free", metavar="A,B", read=with_commas),),
     )
     range: float = key(
         part_below_one(", as 0.3 for 30 %"),
         "",
-        "part of its stated value by which each may change, up and down",
+        "fraction of its given value by which each may change, up and down",
         default=0.3,
     )
     holding_force: float | None = optional_key(
-        positive, "N", "least force on each rope that holds the open truss; none: that of the truss"
+        positive,
+        "N",
+        "minimum force on each rope that holds the open truss; none: that of the truss",
     )
     stroke: float | None = optional_key(
         positive, "m", "maximum length that each rope is wound in; none: that of the truss"
     )
     stowed_height: float | None = optional_key(
-        positive, "m", "most height of the stowed truss; none: that of the truss"
+        positive, "m", "maximum height of the stowed truss; none: that of the truss"
     )
     starts: int = key(
         whole(1, 100),
         "",
-        "designs to start from, the stated one first",
+        "number of initial designs, the given one first",
         default=4,
         flags=(Flag("--designs", metavar="N"),),
     )
@@ -124,15 +126,15 @@ class CodesignStudy:
         refuse_arm(self.deployment.arm, "a co-design")
         if not self.deployment.is_whole:
             raise StudyError(
-                "a co-design is of the whole opening, but the motion is stated by start_deg, "
-                "start_rate_deg_per_s or end_deg; leave them out, or ask antenna-ocp truss"
+                "a co-design includes the whole opening, but start_deg, start_rate_deg_per_s or "
+                "end_deg is given; remove it, or use antenna-ocp truss"
             )
         stages = self.deployment.minimise
         if len(stages) != 1 or len(stages[0]) != 1 or self.objective not in OBJECTIVES:
             asked = ", ".join(self.deployment.objectives)
             raise StudyError(
                 f"a co-design minimises one of {', '.join(OBJECTIVES)}, but minimise is {asked}; "
-                "state one of them"
+                "give one of them"
             )
 
     @property

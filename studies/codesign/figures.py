@@ -65,23 +65,23 @@ def _draw_design(panel: Axes, result: Result) -> None:
             xytext=(0, 13),  # above the tick
             ha="center",
         )
-    label_axes(panel, "part of the stated value [-]", "")
+    label_axes(panel, "fraction of the given value [-]", "")
     panel.set_yticks(range(len(limits)), [name.replace("_", "\n") for name in limits])
     panel.set_ylim(len(limits) - 0.5, -0.6)
     panel.margins(x=0.12)
-    panel.set_title("co-design (dot), stated (tick), range (bar)", fontsize=10)
+    panel.set_title("co-design (dot), given (tick), range (bar)", fontsize=10)
 
 
 def _draw_prices(panel: Axes, prices: list[Mapping[str, Any]]) -> None:
     """What one per cent more room at each pressing bound saves."""
     saved = [abs(price["price"] * price["limit"]) / 100 for price in prices]
     panel.barh(range(len(prices)), saved, color=OWN, height=0.55)
-    label_axes(panel, "force saved by 1 % more room [N]", "")
+    label_axes(panel, "force reduction by a 1 % looser bound [N]", "")
     panel.xaxis.set_major_locator(MaxNLocator(5))
     words = [f"{price['title']}\n{_side(price)}" for price in prices]
     panel.set_yticks(range(len(prices)), words)
     panel.invert_yaxis()
-    panel.set_title("prices of the bounds that press", fontsize=10)
+    panel.set_title("shadow prices of the active bounds", fontsize=10)
 
 
 def _side(price: Mapping[str, Any]) -> str:

@@ -129,7 +129,7 @@ def run(
 
 def _answer(study: CodesignStudy, console: Console, kept: FinishedSteps) -> Result:
     begin, solver = clock.monotonic(), study.deployment.solver
-    console.progress(f"{STATED}: its own best motion, to compare with")
+    console.progress(f"{STATED}: its own best motion, for comparison")
     half = dataclasses.replace(solver, seconds=solver.seconds / 2)  # the other is the design's
     alone = dataclasses.replace(_without_force_caps(study.deployment), solver=half)
     law = best_law(alone, console, kept=kept.within(STATED), accuracy=None)
@@ -148,7 +148,7 @@ def _answer(study: CodesignStudy, console: Console, kept: FinishedSteps) -> Resu
 
     def result(whole: bool) -> Result:
         if whole:
-            console.progress("prices of the bounds that press")
+            console.progress("shadow prices of the active bounds")
         pressing = prices(study, held, found.design, solution) if whole else None
         return _result(Codesign(study, stated, held, found, best, pressing))
 
@@ -283,8 +283,8 @@ def _remarks(made: Codesign) -> list[str]:
     if bound is not None:
         room = 100 * (1 - bound / after)
         remarks.append(
-            f"No motion of this design needs less than {bound:.6g} {unit}: that leaves room for "
-            f"{room:.2g} % less."
+            f"No motion of this design needs less than {bound:.6g} {unit}, which is {room:.2g} % "
+            "below the result."
         )
 
     remarks.append(_on_bounds(made.prices, free))
@@ -299,7 +299,7 @@ def _remarks(made: Codesign) -> list[str]:
 def _on_bounds(prices: Sequence[Price] | None, free: int) -> str:
     """Which bounds press on so many free parameters."""
     if prices is None:
-        return "The study was stopped before the prices of its bounds were found."
+        return "The study was stopped before the shadow prices of its bounds were found."
     binding = [price for price in prices if price.of_the_design]
     if len(binding) >= free:
         return (

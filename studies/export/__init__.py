@@ -8,10 +8,9 @@ read as the drive does.
 from studies.common.study import Command
 
 COMMAND = Command(
-    "the motion of a results folder as a table or a polynomial that a drive takes",
+    "the motion of a results folder as a table or polynomials for a drive",
     "studies.export.command",
-    "Writes the motion of a result as columns, as the table of a drive, or as "
-    "polynomials. A table is read back and played as the stated drive does it: "
-    "interpolated, rounded, passed through its loop and replayed on the truss. Exit "
-    "code 5 if that breaks a limit.",
+    "Writes the motion of a result as columns, as the table of a drive, or as polynomials. A "
+    "table is read back and played as the given drive does: interpolated, rounded, passed "
+    "through its loop and replayed on the truss. Exit code 5 if this exceeds a limit.",
 )

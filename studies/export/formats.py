@@ -35,7 +35,7 @@ class Spacing:
 
     def __post_init__(self) -> None:
         if self.step is not None and self.points is not None:
-            raise StudyError("--step and --points are both stated; keep one of them")
+            raise StudyError("--step and --points are both given; remove one of them")
 
 
 def tabulated(course: Course, form: TableTemplate, drive: Drive, spacing: Spacing) -> SetPoints:

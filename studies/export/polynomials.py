@@ -59,8 +59,8 @@ def exact_segments(law: Law) -> Segments:
     """
     if not isinstance(law, Piecewise):
         raise StudyError(
-            "the angle of this result is no polynomial between its switches, as it is only where "
-            "jerk is capped; export its rope with --signal rope, or as a table"
+            "the angle of this result is not a polynomial between its switches, because its jerk "
+            "is not capped; export its rope with --signal rope, or as a table"
         )
     starts = np.array(law.edges[:-1])
     motion = law.motion(starts)

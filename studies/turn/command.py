@@ -15,9 +15,9 @@ TURNED = Mechanism(
 STUDY = Study(
     name="turn",
     summary="the folded antenna turned about the axis of the big arm",
-    description="Finds the turn of least peak torque in a time, or of least time under the caps, "
-    "from rest to rest of an antenna on an arm that twists. Compares it with its closed form, and "
-    "with the paper's laws for the drive.",
+    description="Finds the turn with the minimum peak torque in a given time, or with the minimum "
+    "time under the caps, from rest to rest of an antenna on an arm that twists. Compares it with "
+    "its closed form, and with the paper's laws for the drive.",
     keys={"": "studies.turn.config:TurnStudy"},
     run="studies.turn.study:run",
     check="studies.turn.study:check",

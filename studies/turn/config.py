@@ -49,9 +49,9 @@ class TurnStudy:
     minimise : "peak-torque" in the duration, "time" under the caps, or "utilisation", the largest
         part of the caps on torque and momentum that is used in the duration.
     angle_deg : by which the antenna turns.
-    duration : of the turn; of the least time the longest that is looked at [s].
+    duration : duration of the turn; for the minimum time, the longest one to try [s].
     torque : cap on the torque in the big arm, which the drive gives [N m].
-    residual_energy : cap on the swing that is left when the drive stands [J].
+    residual_energy : cap on the swing that remains when the drive stops [J].
     drive_acceleration : cap on the acceleration of the drive's angle [rad/s^2].
     poisson : Poisson's ratio of the big arm's tube.
     satellite_inertia : about that axis, of a satellite that is free to turn [kg m^2]; None for one
@@ -73,11 +73,14 @@ class TurnStudy:
     )
     angle_deg: float = key(_turned, "deg", "by which the antenna turns", default=90.0)
     duration: float = key(
-        positive, "s", "of the turn; of the least time the longest that is looked at", default=5.0
+        positive,
+        "s",
+        "duration of the turn; for the minimum time, the longest one to try",
+        default=5.0,
     )
     torque: float = key(positive, "N m", "cap on the torque in the big arm", default=5.0)
     residual_energy: float = key(
-        positive, "J", "cap on the swing that is left when the drive stands", default=1e-6
+        positive, "J", "cap on the swing that remains when the drive stops", default=1e-6
     )
     drive_acceleration: float = key(
         positive, "rad/s^2", "cap on the drive's acceleration, an assumption", default=2.0
@@ -138,7 +141,7 @@ class TurnStudy:
         """What is asked, in one line."""
         what = f"Antenna turned by {self.angle_deg:g} deg about the big arm"
         if self.minimise == "time":
-            return f"{what}: least time under {self.most_torque:g} N m"
+            return f"{what}: minimum time under {self.most_torque:g} N m"
         aim = "peak torque" if self.minimise == "peak-torque" else "utilisation"
         return f"{what} in {self.duration:g} s: least {aim}"
 

@@ -283,7 +283,7 @@ def test_ropes_before_the_ridge_may_be_soft() -> None:
 
 
 def test_a_codesign_is_of_the_whole_opening() -> None:
-    with pytest.raises(StudyError, match="a co-design is of the whole opening"):
+    with pytest.raises(StudyError, match="a co-design includes the whole opening"):
         codesign_from({"minimise": "peak-force", "duration": 10.0, "start_deg": 45.0})
 
 

@@ -373,7 +373,7 @@ def test_caps_of_the_study_that_a_table_exceeds_are_said_first(
     [
         (("--to", "galil"), "give drive.counts"),
         (("--to", "pvt", "--step", "0"), "--step is 0; give a finite positive number"),
-        (("--to", "pvt", "--step", "1", "--points", "9"), "both stated"),
+        (("--to", "pvt", "--step", "1", "--points", "9"), "both given"),
         (("--to", "pvt", "--signal", "elbow"), "this result has rope, angle, drum"),
         (("--to", "csv", "--decimal", ","), "another --separator"),
         (("--to", "csv", "--separator", "ab"), "give one sign"),
