@@ -115,13 +115,17 @@ class SimulatedMotion:
 
     @property
     def miss(self) -> float:
-        """Largest miss of an end state relative to its size; nan if nothing was simulated."""
-        misses = (
+        """Largest miss of an end state relative to its size.
+
+        nan if nothing was simulated, or if a state is no number there.
+        """
+        misses = [
             abs(float(miss)) / self.sizes[name]
             for phase in self.phases
             for name, miss in zip(phase.state_names, phase.miss, strict=True)
-        )
-        return max(misses, default=math.nan)
+        ]
+        # a nan that does not come first is not the largest one of max()
+        return float(np.max(misses)) if misses else math.nan
 
     @property
     def amplification(self) -> float:

@@ -342,9 +342,13 @@ def _compared(
     of_kinks : float
         By how much of the objective its costs are too small between the points.
     """
-    yield _Compared(
-        numbers.miss, accuracy.replay, "the replay misses the end state by {} of its scale"
-    )
+    ending = "the replay misses the end state by {} of its scale"
+    if math.isnan(numbers.miss):
+        ending = (
+            "the replay leads to values that are no numbers, as a root of less than zero, or where "
+            "Newton's method does not solve the equations of algebraic variables"
+        )
+    yield _Compared(numbers.miss, accuracy.replay, ending)
     yield _Compared(
         numbers.excess,
         SLACK * accuracy.path,

@@ -54,6 +54,20 @@ def test_the_objective_is_as_exact_as_was_asked(weight):
     assert found.verification.replayed_objective == pytest.approx(found.objective, rel=1e-6)
 
 
+@pytest.mark.parametrize("hole_first", [True, False])
+def test_a_replay_without_values_does_not_pass(hole_first):
+    """A root has none for 4 ms between two points, so that one of two states is lost there."""
+    x, y, u = State("x", upper=9), State("y"), Control("u")
+    rates = {x: u + 1e-3 * ca.sqrt((TIME - 0.5175) ** 2 - 0.002**2), y: u}
+    states = (x, y) if hole_first else (y, x)
+    phase = Phase("go", {s: rates[s] for s in states}, {x: 0, y: 0}, {y: 1}, end=1.0)
+    problem = Problem("hole", phase, minimise=phase.integral(u**2))
+    verification = solve(problem, settings=Settings(refinement=FixedMesh())).verification
+    assert np.isnan(verification.miss)
+    assert not verification.passed
+    assert "the replay leads to values that are no numbers" in verification.reasons[0]
+
+
 @pytest.mark.parametrize("rate", [-1.0, -2.0])
 def test_one_step_has_twice_the_order_of_its_substeps(rate):
     x, span = ca.SX.sym("x"), ca.SX.sym("span")
