@@ -30,7 +30,7 @@ LINE = "each long command killed at random moments and continued, beside a run t
 LIMIT = 3600.0  # [s]
 KILLS = 3  # of a case
 SAME = 1e-9  # relative: a stored number is the number itself
-GO_ON = re.compile(r"go(?:es)? on by:\s+antenna-ocp (.+)")
+GO_ON = re.compile(r"to resume(?: after an interruption)?:\s+antenna-ocp (.+)")
 
 # coarse forms of all commands that may take longer than 10 s; STUDY stands for the file
 WORDS: Mapping[str, Sequence[str]] = {
@@ -88,6 +88,7 @@ def answer(question: Question, folder: Path) -> Row:
         if found := GO_ON.search(leg["said"]):
             go_on = [*found[1].split(), "--no-figures"]
         elif kept.exists():  # killed before it said anything
+            faults += ["says no command to resume"] if "results go to" in leg["said"] else []
             shutil.rmtree(kept)
 
     if legs[-1]["code"] != alone["code"]:
