@@ -323,7 +323,7 @@ def test_a_fuller_model_that_does_not_answer_is_no_answer() -> None:
     ("tolerances", "reached", "words"),
     [
         ({}, {}, "there is no target"),
-        ({x: 1e-3}, {}, r"'x' is no constant of problem 'effort'.*final=\{x: goal\}"),
+        ({x: 1e-3}, {}, r"'x' is not a constant of problem 'effort'.*final=\{x: goal\}"),
         ({goal: 0.0}, {}, "the tolerance of 'goal' is 0.0; give a positive number"),
         ({goal: 1e-3}, {rest: 0.0}, "the replay gives None for 'goal'"),
         ({goal: 1e-3}, {goal: np.nan}, "the replay gives nan for 'goal'"),

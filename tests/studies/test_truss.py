@@ -77,7 +77,7 @@ def test_a_check_is_repeated_with_its_caps(tmp_path, capsys):
     code = main([*check, str(first), "--jerk-cap", "100/T^3"])
     assert code == ExitCode.NOT_VERIFIED  # its jerk is 124.22/T^3
     rerun = f"antenna-ocp check {profile} --no-optimum {first / 'input.toml'}"
-    assert f"rerun: {rerun}" in capsys.readouterr().out
+    assert f"to run it again: {rerun}" in capsys.readouterr().out
     again = ["check", str(profile), str(first / "input.toml"), "--no-figures", "--no-optimum"]
     assert main([*again, "--results", str(second)]) == code
     assert (first / "table.txt").read_text() == (second / "table.txt").read_text()

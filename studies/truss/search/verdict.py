@@ -107,7 +107,7 @@ def local_verdict(
 def cut_short_in_words(solution: Solution) -> str | None:
     """What a budget left open in a motion; None if its refinement ended by itself."""
     for words in solution.verdict.split("; "):
-        if words.startswith("the budget of"):
+        if words.startswith("refinement ended at the budget of"):
             return f"This motion may be better: {words}. State more solver.seconds (--seconds)."
     return None
 

@@ -135,7 +135,7 @@ def test_a_tension_below_its_least_is_short_of_that(tmp_path: Path) -> None:
     )
     path = rows(tmp_path / "a.csv", 0.05, 17, STATED)
     result = check_truss(read_profile(path), study, optimum=False)
-    (tension,) = [c.sentence for c in result.checks if c.name.startswith("least tension")]
+    (tension,) = [c.sentence for c in result.checks if c.name.startswith("minimum tension")]
     assert tension.startswith("FAILED")
     assert "short by" in tension
     assert "75 %" in tension

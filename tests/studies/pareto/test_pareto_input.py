@@ -158,6 +158,6 @@ def test_ends_are_not_solved_to_their_last_digits(monkeypatch):
 def test_a_motion_without_a_jerk_asks_for_the_range():
     """The least acceleration steps where no jerk is capped."""
     study = study_from(stated(["peak-acceleration", "peak-jerk"], caps={}) | {"duration": 10.0})
-    words = r"no peak angular jerk: give --range, e.g. 0\.0502\d*\.\.0\.20\d+$"
+    words = r"no finite peak angular jerk: give --range, e.g. 0\.0502\d*\.\.0\.20\d+$"
     with pytest.raises(StudyError, match=words):
         list(TrussFront(study, silent()).ends())
