@@ -167,7 +167,7 @@ def test_only_a_stated_limit_refuses_a_motion_of_many_switches(slow: Result) -> 
     points = tabulated(many, TABLES["codesys-xyva"], drive, Spacing())
     assert all(np.abs(points.times - edge).min() < 1e-12 for edge in edges)
     assert points.longest <= drive.period * (1 + 1e-9)
-    with pytest.raises(StudyError, match="switches 224 times, but .* only 199 segments"):
+    with pytest.raises(StudyError, match=r"switches 224 times, but .* only 199 segments"):
         tabulated(many, TABLES["codesys-xyva"], drive, Spacing(points=200))
 
 
@@ -180,7 +180,7 @@ def test_a_device_that_cannot_hold_the_motion_says_what_would_do(slow: Result) -
     course = course_of(slow)
     with pytest.raises(StudyError, match=r"1401 points, but the device holds 64; a step of 2\.222"):
         tabulated(course, TABLES["sew-spline"], Drive(), Spacing(step=0.1))
-    with pytest.raises(StudyError, match="switches 4 times, but .* only 3 segments"):
+    with pytest.raises(StudyError, match=r"switches 4 times, but .* only 3 segments"):
         tabulated(course, TABLES["galil"], Drive(drum_radius=0.02, counts=65536), Spacing(points=3))
     short_steps = Drive(drum_radius=0.02, counts=65536, longest_segment=0.5)
     with pytest.raises(StudyError, match=r"longest_segment is 0\.5 s; use a buffer of 285"):
