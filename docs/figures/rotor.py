@@ -47,7 +47,7 @@ def forces(panel: Axes) -> None:
     motion, truss = law.at(np.linspace(0.0, DURATION, 2001))
     angles = np.degrees(motion.angle)
     panel.plot(angles, truss.rope_force, label="rope, $T_1$")
-    panel.plot(angles, law.motor_force(truss), "--", label="motor, $F$")
+    panel.plot(angles, law.motor(truss).force, "--", label="motor, $F$")
     ridge = static_peak(TRUSS)
     panel.plot(degrees(ridge.angle), ridge.force, "o", color="black", label="to restart there")
     panel.set_xlabel("deployment angle α [deg]")
