@@ -101,7 +101,7 @@ LEAST_SHAPE = 1e-9  # [m, -]: the size of what hardly moves
 # force that rides its peak a little more, with as large an estimated gain again. From so many
 # unknowns on that is less than 1e-3 of the force, and no interval is cut for it: else no start ends
 # before its budget.
-ROUGHLY, ENOUGH_UNKNOWNS = 1e-4, 5_000
+ROUGHLY, ENOUGH_UNKNOWNS = 1e-4, 10_000
 LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
