@@ -86,6 +86,8 @@ def front(
                 f"the limits {limits!r} of the Pareto front are not in order; give (lowest, "
                 "highest)"
             )
+
+    # the limit is a constant, so that all points share one program
     limit = Constant(_LIMIT, value=0.0)
     bound = Bound("limited objective", limited, upper=limit)
     subject = _Traded(
@@ -96,6 +98,7 @@ def front(
         limit=limit,
         options=SolveOptions(settings or Settings(), constants or {}, progress),
     )
+
     left, right, remarks = subject.ends(limits, guess)
     if left is None or right.x <= left.x:
         return ParetoFront((right,), remarks=remarks)
