@@ -61,11 +61,11 @@ WELL_ENDED = (ExitCode.OK, ExitCode.INFEASIBLE)
 
 # What an exit code 3 may rest on: the words of a proof, and its name.
 PROOFS = {
-    "no minimum exists: the time": "ropes only pull: a limit that no motion attains",
-    "no minimum exists": "phase plane: a limit that no motion attains",
+    "no minimum exists": "a limit that no motion attains",
     "(phase plane, global)": "phase plane",
-    "raise the cap to at least 32 D/T^3": "closed form of the least jerk",
+    "with a jerk cap of": "closed form of the least jerk",
     "they need at least": "closed form of the least time",
+    "ropes cannot brake": "what a rope that only pulls leaves",
     "ropes only pull": "what a rope that only pulls leaves",
     "under the caps on its rates": "what a rope that only pulls leaves",
     "at rest at the": "equilibrium at rest",

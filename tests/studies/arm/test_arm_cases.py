@@ -1,7 +1,8 @@
 """Motions of the arm keep their torques and times, and leave no more, while code moves.
 
-`cases.json` holds what version 0.2.0 of this program found. Some cases leave more than the 1e-6 J
-that the study allows, and say so: they may get no worse.
+`cases.json` holds what version 0.2.0 of this program found, or what it found later, if that is
+better. Some cases leave more than the 1e-6 J that the study allows, and say so: they may get no
+worse.
 """
 
 import json
