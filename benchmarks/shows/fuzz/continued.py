@@ -2,9 +2,10 @@
 
 A case starts one command, and ends it when its processes have used so many seconds of processor
 time: half of the times by Ctrl-C, half by SIGKILL. Then it gives the command that the former one
-has said to go on by, and ends that, too. The last one is left alone. Its numbers are compared with
-those of a run that nobody ended, and no finished step may have been taken again: its file is the
-one from before. Processor time is read from Linux's /proc.
+has said to go on by, and ends that, too. The last one is left alone. The moments cut the time of a
+run that nobody ended at random. Its numbers are compared with those of the last one, and no
+finished step may have been taken again: its file is the one from before. Processor time is read
+from Linux's /proc.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ from studies.common.result import Result
 
 LINE = "each long command killed at random moments and continued, beside a run that nobody ended"
 LIMIT = 3600.0  # [s]
-KILLS = 3  # of a case
+KILLS = 10  # of a case
+BEGIN = 2.0  # [s of processor time] in which a command reads its modules
 SAME = 1e-9  # relative: a stored number is the number itself
 GO_ON = re.compile(r"to resume(?: after an interruption)?:\s+antenna-ocp (.+)")
 
@@ -55,11 +57,13 @@ WORDS: Mapping[str, Sequence[str]] = {
 
 
 def question(seed: int, index: int) -> Question:
-    """The command of a case, and the moments: parts of the time of a run that nobody ends."""
+    """The command of a case, and when each of its runs ends: parts of one that nobody ends."""
     name, rng = list(WORDS)[index % len(WORDS)], random.Random(f"{seed} {index}")
     first = index // len(WORDS) % 2
     numbers = [(signal.SIGINT, signal.SIGKILL)[(first + k) % 2] for k in range(KILLS)]
-    ends = [{"signal": int(number), "at": rng.uniform(0.1, 0.9)} for number in numbers]
+    moments = sorted(rng.uniform(0, 1) for _ in numbers)
+    parts = np.diff([0.0, *moments])
+    ends = [{"signal": int(n), "at": float(part)} for n, part in zip(numbers, parts, strict=True)]
     return {"name": name, "ends": ends}
 
 
@@ -72,10 +76,11 @@ def answer(question: Question, folder: Path) -> Row:
     whole = folder / "whole"
     alone = _ended([*words, str(whole)], None, 0, folder)
 
-    kept, go_on, faults, legs = folder / "kept", [*words, str(folder / "kept")], [], []
+    kept, faults, legs = folder / "kept", [], []
+    go_on = anew = [*words, str(kept)]
     for end in [*question["ends"], None]:
         before = _files(kept)
-        at = None if end is None else end["at"] * alone["in all"]
+        at = None if end is None else BEGIN + end["at"] * alone["in all"]
         leg = _ended(go_on, at, 0 if end is None else end["signal"], folder)
         legs.append(leg)
         now = _files(kept)
@@ -87,9 +92,10 @@ def answer(question: Question, folder: Path) -> Row:
             break
         if found := GO_ON.search(leg["said"]):
             go_on = [*found[1].split(), "--no-figures"]
-        elif kept.exists():  # killed before it said anything
+        else:  # killed before it said anything
             faults += ["says no command to resume"] if "results go to" in leg["said"] else []
-            shutil.rmtree(kept)
+            if go_on == anew:
+                shutil.rmtree(kept, ignore_errors=True)
 
     if legs[-1]["code"] != alone["code"]:
         faults.append(f"exit code {legs[-1]['code']}, and {alone['code']} of the other run")
