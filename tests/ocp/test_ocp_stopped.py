@@ -4,6 +4,7 @@ import math
 import signal
 import time
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -26,6 +27,7 @@ from ocp import (
     solve,
 )
 from ocp.nlp.solver import NlpResult, StartingPoint
+from ocp.refinement import budget as budgets
 from ocp.refinement import mesh_solver
 from ocp.refinement.budget import Budget
 from ocp.refinement.mesh_solver import with_retries
@@ -136,10 +138,10 @@ def test_a_budget_that_ends_before_any_round_is_an_error_with_the_iterate() -> N
 
 
 def test_a_budget_of_seconds_is_kept() -> None:
-    begin = time.perf_counter()
+    begin = time.process_time()
     with pytest.raises(BudgetSpent, match=r"budget of 0\.001 s"):
         solve(race(), settings=Settings(seconds=1e-3))
-    assert time.perf_counter() - begin < 5
+    assert time.process_time() - begin < 5
 
 
 def test_what_nobody_can_trust_is_no_solution():
@@ -162,15 +164,17 @@ def test_the_functions_of_a_program_are_built_within_the_seconds(monkeypatch):
 
 
 def test_no_mesh_is_begun_that_cannot_be_examined_in_time(monkeypatch):
-    estimate_errors = mesh_solver.estimate_errors
+    estimate_errors, skipped = mesh_solver.estimate_errors, []  # [s]
+    ahead = SimpleNamespace(perf_counter=lambda: time.perf_counter() + sum(skipped))
+    monkeypatch.setattr(budgets, "clock", ahead)
 
     def slowly(*arguments):
-        time.sleep(1.2)
+        skipped.append(120.0)
         return estimate_errors(*arguments)
 
     monkeypatch.setattr(mesh_solver, "estimate_errors", slowly)
     with pytest.raises(BudgetSpent, match="was reached in mesh iteration 1 "):
-        solve(following(), settings=Settings(seconds=2))
+        solve(following(), settings=Settings(seconds=200))
 
 
 COLD = StartingPoint(np.zeros(2))
