@@ -46,10 +46,11 @@ def arm_response(model: RingOnArm, law: Law) -> ArmResponse:
 
     _, tip = moved.tip(times)
     stopped = times >= law.duration
+    end = np.ravel(moved.at(law.duration))  # q and v where the ring has opened
     return ArmResponse(
         times,
         tip,
         float(np.abs(tip[~stopped]).max()),
         float(np.abs(tip[stopped]).max()),
-        arm_motion(model, law).residual_energy,
+        float(model.residual_energy(end[:4], end[4:])),
     )
