@@ -6,14 +6,11 @@ jerk. Where these give the angles of the rows, the law is theirs, and nothing ha
 
 from __future__ import annotations
 
-import numpy as np
-
 from models.errors import ModelError
 from models.laws import Law
 from ocp.arrays import Array
 from studies.check.reading.digits import half_a_digit
 from studies.check.reading.profile import MeasuredProfile
-from studies.common.exit_codes import StudyError
 from studies.truss.motions.laws import BEFORE, JERKS, RATES, exact_law, rows_law
 
 
@@ -44,14 +41,7 @@ def _rates(measured: MeasuredProfile) -> dict[str, Array]:
     places = {header.split("[")[0].strip(): place for place, header in enumerate(table.headers)}
     rates: dict[str, Array] = {}
     for names in ((*RATES, BEFORE), JERKS):
-        if not set(names) <= set(places):
-            continue
-        try:
-            arrays = table.column(tuple(places[name] for name in names))
-        except StudyError:  # empty cells, as of a jerk where the acceleration jumps
-            continue
-        rates |= {
-            name: np.asarray(array)[measured.kept]
-            for name, array in zip(names, arrays, strict=True)
-        }
+        if set(names) <= set(places):
+            arrays = table.column([places[name] for name in names])
+            rates |= {name: x[measured.kept] for name, x in zip(names, arrays, strict=True)}
     return rates

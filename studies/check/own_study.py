@@ -68,11 +68,13 @@ def check_own(
 def _columns(path: Path, units: Mapping[str, str], named: Mapping[str, str]) -> dict[str, Array]:
     """The columns that a study needs, in its units."""
     table = read_table(path)
-    found = {}
-    for name, unit in units.items():
-        place, factor = own_column(table, name, unit, named.get(name, ""))
-        found[name] = factor * table.column((place,))[0]
-        bad = np.flatnonzero(~np.isfinite(found[name]))
+    places = [own_column(table, name, unit, named.get(name, "")) for name, unit in units.items()]
+    arrays = table.column([place for place, _ in places])
+    found = {
+        name: factor * array for name, (_, factor), array in zip(units, places, arrays, strict=True)
+    }
+    for name, array in found.items():
+        bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:
             refuse(path, f"has no number for {name} in {table.line_of(int(bad[0]))}; fill it in")
     if "time" in found:

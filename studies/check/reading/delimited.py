@@ -13,12 +13,13 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, BinaryIO, TextIO
 
 import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.layout import Layout, layout_of, number_of
-from studies.check.reading.table import RawTable, below_the_header, refuse
+from studies.check.reading.table import RawTable, refuse
 from studies.common.exit_codes import quoted
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
@@ -28,6 +29,24 @@ HEAD = 65536  # bytes from which a layout is told
 _LINES = re.compile(r"\r\n|\n|\r")
 _COMMENT = re.compile(r"\s*(?:#(?!N/A|[A-Z0-9/]+[!?])|%|//)")  # errors of spreadsheets are none
 _WIDE_BLANKS = re.compile(r"\t|\s{2,}")
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text that holds a table.
+
+    Attributes
+    ----------
+    path : of its file.
+    content : its bytes; None for those of the file.
+    """
+
+    path: Path
+    content: bytes | None = None
+
+    def stream(self) -> BinaryIO:
+        """Its bytes from the first one on."""
+        return self.path.open("rb") if self.content is None else io.BytesIO(self.content)
 
 
 @dataclass(frozen=True)
@@ -52,27 +71,23 @@ class TextLayout:
         return f"text in {self.encoding}, {SEPARATORS[self.separator]}, {decimal}"
 
 
-def read_delimited(path: Path) -> RawTable:
-    """The table of a text.
+def read_delimited(path: Path, content: bytes | None = None) -> RawTable:
+    """The table of a text: of a file, or of the bytes of a text that stands for it.
 
     Raises
     ------
     StudyError
-        If it is binary or has no rows of numbers, or a cell is no number.
+        If it is binary or has no rows of numbers.
     """
-    layout = _layout(path)
-
-    def column(places: tuple[int, ...]) -> list[Array]:
-        return _columns(path, layout, places)
-
-    found = layout.table
-    return RawTable(
-        path, found.headers, column, str(layout), below_the_header, found.columns, found.period
-    )
+    text = Text(path, content)
+    layout = _layout(text)
+    headers, places = layout.table.headers, layout.table.columns
+    return RawTable(path, headers, lambda k: _columns(text, layout, k), str(layout), places)
 
 
-def _layout(path: Path) -> TextLayout:
-    with path.open("rb") as file:
+def _layout(text: Text) -> TextLayout:
+    path = text.path
+    with text.stream() as file:
         head = file.read(HEAD)
     encoding = _encoding(path, head)
     lines = _LINES.split(head.decode(encoding, errors="replace"))
@@ -81,12 +96,8 @@ def _layout(path: Path) -> TextLayout:
 
     others = [_other_cells(line) for line in lines]
     tried = [(separator, decimal) for separator in SEPARATORS for decimal in ".,"]
-    fits = (_fits(lines, others, *pair, encoding) for pair in tried)
+    fits = (_fits(lines, others, *pair, encoding) for pair in tried if pair != (",", ","))
     found = [fit for fit in fits if fit is not None]
-    if _is_ambiguous(lines):
-        refuse(
-            path, "has commas both between cells and as decimal sign; separate cells by semicolons"
-        )
     if not found:
         refuse(
             path,
@@ -109,18 +120,15 @@ def _encoding(path: Path, head: bytes) -> str:
         return "utf-8-sig"
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "utf-16"
-    if b"\0" in head:
+    # text has no other control characters than those that end lines or stand between cells
+    if sum(byte < 9 or 13 < byte < 32 for byte in head) > len(head) // 100:
         refuse(path, "is not text; give CSV, JSON, .xlsx, or .mat saved with -v7")
     try:
         # a character may be cut at the end
         head[:-4].decode("utf-8")
         return "utf-8"
     except UnicodeDecodeError:
-        pass
-    control = sum(byte < 9 or 13 < byte < 32 for byte in head)
-    if control > len(head) // 100:
-        refuse(path, "is not text; give CSV, JSON, .xlsx, or .mat saved with -v7")
-    return "cp1252"
+        return "cp1252"
 
 
 def cells_of(line: str, separator: str | None) -> list[str]:
@@ -142,8 +150,6 @@ def _fits(
 
     The others are what else the cells of each line may be, if it is a header.
     """
-    if separator == "," and decimal == ",":
-        return None
     rows = [[] if _COMMENT.match(line) else cells_of(line, separator) for line in lines]
     table = layout_of(rows, decimal, others)
     if table is None:
@@ -164,86 +170,45 @@ def _other_cells(line: str) -> list[list[str]]:
     return [*split, [cell.strip() for cell in _WIDE_BLANKS.split(plain.strip())]]
 
 
-def _is_ambiguous(lines: list[str]) -> bool:
-    """Whether commas separate and stand in numbers as well: '0,5,0,0768' below 'time,angle'."""
-    rows = [cells_of(line, ",") for line in lines]
-    first = next((k for k, row in enumerate(rows) if row and all(map(_is_whole, row))), 0)
-    if first == 0:
-        return False
-    head, row = rows[first - 1], rows[first]
-    return len(row) > 2 and 2 * len(head) == len(row)
-
-
-def _is_whole(cell: str) -> bool:
-    return cell.lstrip("-+").isdecimal()
-
-
-def _columns(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Array]:
+def _columns(text: Text, layout: TextLayout, places: tuple[int, ...]) -> list[Array]:
     """The numbers of some columns, in one pass."""
-    with _opened(path, layout) as file:
-        try:
-            values = np.loadtxt(
-                _rows(path, file, layout),
+
+    def read(converters: Any = None) -> Array:
+        with io.TextIOWrapper(text.stream(), layout.encoding, "replace") as lines:
+            return np.loadtxt(
+                _rows(text.path, lines, layout, max(places)),
                 delimiter=layout.separator,
                 usecols=places,
                 comments=None,
                 quotechar='"',
                 ndmin=2,
+                converters=converters,
             )
-        except ValueError:
-            return _cell_by_cell(path, layout, places)
+
+    try:
+        values = read()
+    except ValueError:  # times of day, empty cells, texts; a cell at a time takes much longer
+        values = read(number_of)
     return list(np.ascontiguousarray(values.T))
 
 
-def _opened(path: Path, layout: TextLayout) -> io.TextIOWrapper:
-    return path.open(encoding=layout.encoding, errors="replace", newline=None)
-
-
-def _cell_by_cell(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Array]:
-    """The same, with times of day, and nan where a cell is empty; what is no number is refused."""
-    columns: list[list[float]] = [[] for _ in places]
-    with _opened(path, layout) as file:
-        for row, line in enumerate(_rows(path, file, layout), start=1):
-            cells = cells_of(line, layout.separator)
-            for column, place in zip(columns, places, strict=True):
-                if place >= len(cells):
-                    refuse(
-                        path,
-                        f"is ragged: cells are missing in row {row} below the header; give as many "
-                        "cells in each row as in the header",
-                    )
-                column.append(_number_in(path, cells[place], f"row {row} below the header"))
-    return [np.array(column) for column in columns]
-
-
-def _number_in(path: Path, cell: str, where: str) -> float:
-    try:
-        return number_of(cell)
-    except ValueError:
-        refuse(
-            path,
-            f"cannot be understood: {quoted(cell)} in {where} is no number; give one number a cell",
-        )
-
-
-def _rows(path: Path, file: io.TextIOWrapper, layout: TextLayout) -> Iterator[str]:
-    """Lines of numbers with decimal points."""
+def _rows(path: Path, lines: TextIO, layout: TextLayout, last: int) -> Iterator[str]:
+    """Lines of numbers with decimal points, each with the last column that is asked for."""
     for _ in range(layout.table.first):
-        next(file)
+        next(lines)
     comma, separator = layout.decimal == ",", layout.separator
     row, most = 0, None
-    for line in file:
+    for line in lines:
         if _COMMENT.match(line) or not line.strip():
             continue
         row += 1
         # a cell too many shifts what stands behind it; one that is quoted may hold separators
-        wide = len(line.split()) if separator is None else line.rstrip().count(separator)
-        if most is None:
-            most = wide
-        elif wide > most and '"' not in line:
+        wide = len(line.split()) - 1 if separator is None else line.rstrip("\n ").count(separator)
+        most = wide if most is None else most
+        if wide < last or (wide > most and '"' not in line):
             refuse(
                 path,
-                f"is ragged: row {row} below the header has more cells than the first one; give as "
-                "many cells in each row as in the header",
+                f"is ragged: row {row} below the header has {wide + 1} cells; give as many cells "
+                "in each row as in the header",
             )
         yield line.replace(",", ".") if comma else line

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from studies.check.reading.table import RawTable, listed, refuse
+from studies.check.reading.table import ROW_NUMBER, RawTable, listed, refuse
 from studies.common.configuration import nearest
 
 # a unit in SI, by the way it is written; each group is a quantity's dimension
@@ -43,7 +43,6 @@ UNITS: dict[str, dict[str, float]] = {
 }
 # of other quantities, which stand beside these in a row of units
 OTHER_UNITS = ("1", "-", "n", "w", "v", "a", "k", "%", "°c", "rpm", "volt", "volts", "counts")
-ROW_NUMBER = -1
 ROWS = "row"  # in place of a header: the number of the row, from 0
 SI = {"time": "s", "angle": "rad", "length": "m", "torque": "N m"}
 DIMENSIONS = {
@@ -144,14 +143,25 @@ def understood(table: RawTable, asked: Mapping[str, str]) -> list[Column]:
     StudyError
         If a unit of such a column is unknown, or a column that the user names is not there.
     """
-    columns = [_named(table, quantity, text) for quantity, text in asked.items()]
+    columns = [
+        _column(table, quantity, *_located(table, text, UNITS[DIMENSIONS[quantity]]))
+        for quantity, text in asked.items()
+    ]
     taken = {column.place for column in columns}
-    for place, header in enumerate(table.headers):
-        name, unit = _split(header)
+    stated = [_split(header) for header in table.headers]
+    for place, (name, unit) in enumerate(stated):
         quantity = NAMES.get(_plain_name(name), "")
         if quantity and quantity not in asked and place not in taken:
-            columns.append(_column(table, quantity, place, header, unit))
-    return columns + _by_units(table, columns)
+            columns.append(_column(table, quantity, place, unit))
+
+    # else the one column of times, or of angles, by its unit
+    known = {DIMENSIONS[column.quantity] for column in columns}
+    wanted = ["time"] * ("time" not in known) + ["angle"] * (not known - {"time"})
+    for quantity in wanted:
+        places = [k for k, (_, unit) in enumerate(stated) if _plain_unit(unit) in UNITS[quantity]]
+        if len(places) == 1:
+            columns.append(_column(table, quantity, places[0], stated[places[0]][1]))
+    return columns
 
 
 def own_column(table: RawTable, name: str, unit: str, asked: str = "") -> tuple[int, float]:
@@ -167,57 +177,30 @@ def own_column(table: RawTable, name: str, unit: str, asked: str = "") -> tuple[
     StudyError
         If there is no such column, or its unit is another kind of unit.
     """
-    header, colon, typed = asked.rpartition(":")
-    place = _place(table, ((header if colon else asked) or name).strip())
-    written = typed if colon else _split(table.headers[place])[1]
-    if not written or _plain_unit(written) == _plain_unit(unit):
-        return place, 1.0
-    kinds = [kind for kind, known in UNITS.items() if known.get(_plain_unit(unit)) == 1.0]
-    factor = _factor(written, kinds[0]) if kinds else None
+    plain = _plain_unit(unit)
+    kinds = (units for units in UNITS.values() if units.get(plain) == 1.0)
+    known = next(kinds, {plain: 1.0})
+    place, written = _located(table, asked or name, known)
+    factor = _factor(written or unit, known)
     if factor is None:
         refuse(table.path, f"has {name} in '{written}', not in {unit}; write the column in {unit}")
     return place, factor
 
 
-def _by_units(table: RawTable, columns: Sequence[Column]) -> list[Column]:
-    """The one column of times, or of angles, by its unit, if no other is understood as that."""
-    known = {DIMENSIONS[column.quantity] for column in columns}
-    wanted = [] if "time" in known else ["time"]
-    wanted += [] if known - {"time"} else ["angle"]
-    found = []
-    for quantity in wanted:
-        places = [
-            place
-            for place, header in enumerate(table.headers)
-            if _plain_unit(_split(header)[1]) in UNITS[quantity]
-        ]
-        if len(places) == 1:
-            header = table.headers[places[0]]
-            found.append(_column(table, quantity, places[0], header, _split(header)[1]))
-    return found
-
-
-def _named(table: RawTable, quantity: str, text: str) -> Column:
-    """The column that a user names as HEADER, HEADER:UNIT or HEADER [UNIT]."""
+def _located(table: RawTable, text: str, known: Mapping[str, float]) -> tuple[int, str]:
+    """Place and unit of the column that a user names as HEADER, HEADER:UNIT or HEADER [UNIT]."""
     header, colon, unit = text.rpartition(":")
-    if not colon or text in table.headers or _factor(unit, DIMENSIONS[quantity]) is None:
+    if not colon or text in table.headers or _factor(unit, known) is None:
         header, unit = text, ""
     if header.strip() == ROWS and ROWS not in table.headers:
-        return _column(table, quantity, ROW_NUMBER, ROWS, unit)
+        return ROW_NUMBER, unit
     place = _place(table, header.strip())
-    return _column(
-        table,
-        quantity,
-        place,
-        table.headers[place],
-        unit or _split(header)[1] or _split(table.headers[place])[1],
-    )
+    return place, unit or _split(header)[1] or _split(table.headers[place])[1]
 
 
-def _factor(unit: str, dimension: str) -> float | None:
+def _factor(unit: str, known: Mapping[str, float]) -> float | None:
     """From a unit to SI, as of "deg", or of "12.5 deg" for a volt or a count; None if unknown."""
     number, _, rest = unit.strip().partition(" ")
-    known = UNITS[dimension]
     if _plain_unit(unit) in known:
         return known[_plain_unit(unit)]
     try:
@@ -239,11 +222,10 @@ def _split(header: str) -> tuple[str, str]:
     return header, ""
 
 
-def _column(table: RawTable, quantity: str, place: int, header: str, unit: str) -> Column:
+def _column(table: RawTable, quantity: str, place: int, unit: str) -> Column:
+    header = ROWS if place == ROW_NUMBER else table.headers[place]
     dimension = DIMENSIONS[quantity]
-    if not unit:
-        return Column(quantity, place, header, "", 1.0)
-    factor = _factor(unit, dimension)
+    factor = _factor(unit, UNITS[dimension]) if unit else 1.0
     if factor is None:
         some = ", ".join(sorted(UNITS[dimension], key=lambda text: (len(text), text))[:6])
         refuse(

@@ -26,8 +26,6 @@ _NUMBER = {
 _CLOCK = re.compile(r"(?:[\d./-]+[T ])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)Z?")
 _LABEL = re.compile(r"(?!(?:n/?a|null|none)$)[^\W\d_]", re.IGNORECASE)
 _UNIT_LABEL = re.compile(r"^(y |vertical )?(units?|einheit)( label)?\s*([:=]|$)", re.IGNORECASE)
-_PERIOD = re.compile(r"period|interval|increment|delta.?x|sample.?time", re.IGNORECASE)
-_LONE = re.compile(r"\d*[.,]\d+(?:[eE][-+]?\d+)?")
 
 Row = Sequence[str]
 
@@ -43,7 +41,6 @@ class Layout:
     headers : text of each column with its unit; "column 3" where none stands above it.
     fitting : rows that look like the first one.
     unreadable : rows between header and numbers that hold numbers, and other cells that are none.
-    period : time from row to row that the rows above state, with its unit; empty for none.
     """
 
     first: int
@@ -51,7 +48,6 @@ class Layout:
     headers: tuple[str, ...]
     fitting: int
     unreadable: tuple[int, ...]
-    period: str
 
 
 def is_number(cell: str, decimal: str) -> bool:
@@ -60,25 +56,18 @@ def is_number(cell: str, decimal: str) -> bool:
 
 
 def number_of(cell: Any) -> float:
-    """The number in a cell: of a time of day its seconds since midnight, nan of an empty one.
-
-    Raises
-    ------
-    TypeError, ValueError, OverflowError
-        If there is none.
-    """
-    if cell is None or cell == "":
-        return math.nan
+    """The number in a cell: of a time of day its seconds since midnight, nan if there is none."""
     found = _CLOCK.fullmatch(cell.strip().strip('"')) if isinstance(cell, str) else None
-    if found is None:
+    if found is not None:
+        hours, minutes, seconds = found.groups()
+        return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds.replace(",", "."))
+    try:
         return float(cell)
-    hours, minutes, seconds = found.groups()
-    return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds.replace(",", "."))
+    except (TypeError, ValueError):
+        return math.nan
 
 
-def layout_of(
-    rows: Sequence[Row], decimal: str, others: Sequence[Sequence[Row]] = ()
-) -> Layout | None:
+def layout_of(rows: Sequence[Row], decimal: str, others: Sequence[Sequence[Row]]) -> Layout | None:
     """The table among rows of cells; None where there is none.
 
     Parameters
@@ -104,31 +93,21 @@ def layout_of(
         for row, mask in zip(rows, masks, strict=True)
     ]
     filled = [place for place, row in enumerate(rows) if any(row)]
-    first = next(
-        (
-            place
-            for start, place in enumerate(filled)
-            if all(fits[other] for other in filled[start : start + RUN])
-        ),
-        None,
+    runs = (
+        place
+        for start, place in enumerate(filled)
+        if all(fits[other] for other in filled[start : start + RUN])
     )
+    first = next(runs, None)
     if first is None:
         return None
 
-    above = [_candidates(rows[k], others[k] if others else (), width) for k in range(first)]
+    above = [_candidates(rows[k], others[k], width) for k in range(first)]
     header, cells = _header(above, columns, decimal, width)
     units = _units(above, columns, header, width)
-    unreadable = tuple(
-        place for place in range(header + 1, first) if _is_spoilt(rows[place], masks[place])
-    )
-    return Layout(
-        first,
-        columns,
-        tuple(_joined(*pair, k) for k, pair in enumerate(zip(cells, units, strict=True))),
-        sum(fits),
-        unreadable,
-        _period(rows[:first], decimal),
-    )
+    unreadable = (k for k in range(header + 1, first) if masks[k] and not _has_label(rows[k]))
+    headers = (_joined(*pair, k) for k, pair in enumerate(zip(cells, units, strict=True)))
+    return Layout(first, columns, tuple(headers), sum(fits), tuple(unreadable))
 
 
 def _candidates(row: Row, others: Sequence[Row], width: int) -> list[Row]:
@@ -185,20 +164,6 @@ def _joined(name: str, unit: str, place: int) -> str:
     return f"{name} [{unit}]" if unit.strip(" -") else name
 
 
-def _is_spoilt(row: Row, mask: Sequence[int]) -> bool:
-    """Whether a row holds numbers, and no label at its beginning."""
-    first = next((cell for cell in row if cell), "")
-    return bool(mask) and not _LABEL.match(first)
-
-
-def _period(above: Sequence[Row], decimal: str) -> str:
-    """The time from row to row, by a number that stands alone or beside such a word."""
-    for row in above:
-        filled = [cell for cell in row if cell]
-        numbers = [cell for cell in filled if _NUMBER[decimal].fullmatch(cell)]
-        named = any(_PERIOD.search(cell) for cell in filled)
-        alone = len(filled) == 1 and _LONE.fullmatch(filled[0])
-        if numbers and (named or alone):
-            unit = "ms" if any("[ms]" in cell for cell in filled) else "s"
-            return f"{numbers[0].replace(',', '.')} {unit}"
-    return ""
+def _has_label(row: Row) -> bool:
+    """Whether a row begins with a word, as a setting above a table does."""
+    return _LABEL.match(next((cell for cell in row if cell), "")) is not None

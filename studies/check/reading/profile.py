@@ -6,6 +6,7 @@ nothing is guessed in silence.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,7 +20,6 @@ from studies.check.reading.digits import half_a_digit, half_a_digit_of_times
 from studies.check.reading.headers import (
     DIMENSIONS,
     QUANTITIES,
-    ROW_NUMBER,
     Column,
     understood,
 )
@@ -32,6 +32,7 @@ LEAST_ROWS = 20  # so that the motion between the rows is known
 LONGEST = 3600.0  # [s]: a longer deployment is so rare that its unit is asked about
 ROUND = 360.0  # no joint of ours turns as many degrees: what is larger is in milliradians
 TURNED = 4.0  # [rad]: no joint of ours turns as far, so that these are degrees
+ANGLES = {"rad": "radians", "mrad": "milliradians", "deg": "degrees"}
 SPARSE = 0.1  # of the rows: if more lack a number, the columns are sampled at other times
 SAME = 1e-3  # of the range: columns of one quantity that differ by more contradict each other
 TRUSS, ARM = "truss", "arm"
@@ -94,7 +95,7 @@ def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
     columns = understood(table, _asked(named))
     mechanism, chosen = _chosen(table, columns)
 
-    stored = _arrays(table, chosen)
+    stored = table.column([column.place for column in chosen])
     kept, left_out = _complete(chosen, stored)
     arrays = [array[kept] for array in stored]
     for column, array in zip(chosen, arrays, strict=True):
@@ -115,14 +116,6 @@ def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
         kept=kept,
         origin=float(time[0]),
     )
-
-
-def _arrays(table: RawTable, chosen: Sequence[Column]) -> list[Array]:
-    """The numbers of the columns, and of the rows themselves if these are asked for."""
-    stored = [column.place for column in chosen if column.place != ROW_NUMBER]
-    found = dict(zip(stored, table.column(tuple(stored)), strict=True))
-    count = next(iter(found.values())).size
-    return [found.get(column.place, np.arange(float(count))) for column in chosen]
 
 
 def _complete(
@@ -159,21 +152,18 @@ def _chosen(table: RawTable, columns: list[Column]) -> tuple[str, list[Column]]:
     arm = [column for column in columns if column.quantity in OF_THE_ARM]
     truss = [column for column in columns if column.quantity in ("angle", "rope_length")]
 
-    if not times or not (arm or truss):
-        what = "column of times" if not times else "column of an angle, a rope length or a torque"
-        headless = all(header.startswith("column ") for header in table.headers)
-        why = "no header above its numbers" if headless else f"no {what}"
-        refuse(table.path, f"has {why}; say which one it is, as in{columns_named(table, columns)}")
+    headless = all(header.startswith("column ") for header in table.headers)
+    why = ""
     if len(times) > 1:
         names = " and ".join(f"'{column.header}'" for column in times)
-        refuse(
-            table.path,
-            f"has several columns of time, {names}; say which one counts, as in"
-            + columns_named(table, columns),
-        )
-    if arm:
-        return ARM, [times[0], *arm]
-    return TRUSS, [times[0], *truss]
+        why = f"several columns of time, {names}"
+    elif not times or not (arm or truss):
+        why = f"no column of {'an angle, a rope length or a torque' if times else 'times'}"
+        why = "no header above its numbers" if headless else why
+    if why:
+        which = f"say which one it is, as in{columns_named(table, columns)}"
+        refuse(table.path, f"has {why}; {which}")
+    return (ARM, [times[0], *arm]) if arm else (TRUSS, [times[0], *truss])
 
 
 def _check_finite(table: RawTable, column: Column, array: Array) -> None:
@@ -200,12 +190,10 @@ def _check_times(table: RawTable, time: Array) -> None:
     if not bad.size:
         return
     row = int(bad[0]) + 1
-    what = "repeats" if step[row - 1] == 0 else "is earlier than"
-    remedy = (
-        "keep one row for each instant, or write the times with more digits if they were rounded"
-        if step[row - 1] == 0
-        else "sort the rows by time, and keep one run in each file"
-    )
+    what, remedy = "is earlier than", "sort the rows by time, and keep one run in each file"
+    if step[row - 1] == 0:
+        what = "repeats"
+        remedy = "keep one row for each instant, or write more digits if the times were rounded"
     refuse(
         table.path,
         f"has the time {time[row]:.9g} s in {table.line_of(row)}, which {what} that of the row "
@@ -216,28 +204,24 @@ def _check_times(table: RawTable, time: Array) -> None:
 def _check_units(table: RawTable, values: Sequence[tuple[Column, Array]]) -> None:
     """Refuse angles whose size belongs to another unit; nothing is guessed in silence."""
     for column, array in values:
-        if DIMENSIONS[column.quantity] != "angle":
-            continue
         largest = float(np.abs(array).max()) / column.factor
-        stated = f"in {column.unit}" if column.unit else "without a unit, taken in rad"
-        if column.factor == 1.0 and largest > TURNED:
-            thousandths = ROUND < largest <= 1e3 * TURNED
-            like, unit = ("milliradians", "mrad") if thousandths else ("degrees", "deg")
+        like = _likely_unit(column, largest) if DIMENSIONS[column.quantity] == "angle" else ""
+        if like:
+            stated = f"in {column.unit}" if column.unit else "without a unit, taken in rad"
+            corrected = columns_named(table, [one for one, _ in values], **{column.quantity: like})
             refuse(
                 table.path,
                 f"has angles up to {largest:.6g} in '{column.header}', {stated}: these look like "
-                f"{like}; give the unit, as in"
-                + columns_named(table, [column for column, _ in values], **{column.quantity: unit}),
+                f"{ANGLES[like]}; give the unit, as in{corrected}",
             )
-        if column.unit and 0 < np.degrees(float(np.abs(array).max())) < TURNED and largest < TURNED:
-            refuse(
-                table.path,
-                f"has angles of at most {largest:.6g} {column.unit} in '{column.header}': these "
-                "look like radians; give the unit, as in"
-                + columns_named(
-                    table, [column for column, _ in values], **{column.quantity: "rad"}
-                ),
-            )
+
+
+def _likely_unit(column: Column, largest: float) -> str:
+    """The unit that the size of angles belongs to, if it is another one than theirs; else empty."""
+    if column.factor == 1.0 and largest > TURNED:
+        return "mrad" if ROUND < largest <= 1e3 * TURNED else "deg"
+    turned = math.degrees(column.factor * largest)
+    return "rad" if column.unit and 0 < turned < TURNED and largest < TURNED else ""
 
 
 def _merged(table: RawTable, values: Sequence[tuple[Column, Array]]) -> dict[str, Array]:

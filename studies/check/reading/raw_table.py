@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
-from collections.abc import Callable, Sequence
+import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,27 +13,25 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.delimited import read_delimited
-from studies.check.reading.layout import layout_of, number_of
-from studies.check.reading.table import RawTable, below_the_header, refusal, refuse
-from studies.common.exit_codes import StudyError, quoted
+from studies.check.reading.layout import number_of
+from studies.check.reading.table import RawTable, refusal, refuse
+from studies.common.exit_codes import StudyError
 from studies.common.foreign_text import parsed_json
 
 MOST_COLUMNS = 64  # of a matrix
 DEEP = 4  # structures within structures
-SHEET_HEAD = 2000  # rows of a sheet from which its layout is told
 ROOM = 1024  # bytes from which a kind of file is told
 
 # beginnings of files that people hand over by mistake, and what to do with them
-_SIGNATURES: tuple[tuple[bytes, str], ...] = (
-    (b"\x89HDF", "an HDF5 file, as MATLAB writes with -v7.3; save it with -v7, or as CSV"),
-    (b"\xd0\xcf\x11\xe0", "an old Excel file (.xls); save it as .xlsx or CSV"),
-    (b"PAR1", "a Parquet file; save it as CSV"),
-    (b"\x1f\x8b", "compressed (gzip); unpack it first"),
-    (b"%PDF", "a PDF; give the table itself, as CSV"),
-    (b"\x93NUMPY", "a NumPy array without names; save it as CSV with a header"),
-)
+_SIGNATURES = {
+    b"MATLAB 7.3 MAT-file": "is a MATLAB file of version 7.3; save it with -v7, or as CSV",
+    b"\x89HDF": "is an HDF5 file, as MATLAB writes with -v7.3; save it with -v7, or as CSV",
+    b"\xd0\xcf\x11\xe0": "is an old Excel file (.xls); save it as .xlsx or CSV",
+    b"PAR1": "is a Parquet file; save it as CSV",
+    b"\x1f\x8b": "is compressed (gzip); unpack it first",
+    b"\x93NUMPY": "is a NumPy array without names; save it as CSV with a header",
+}
 _MATLAB = b"MATLAB 5.0 MAT-file"
-_MATLAB_7_3 = b"MATLAB 7.3 MAT-file"
 _ZIP = b"PK\x03\x04"
 
 
@@ -53,11 +53,9 @@ def read_table(path: Path) -> RawTable:
 
     if not head.strip():
         refuse(path, "is empty; give a header and one line for each instant")
-    if head.startswith(_MATLAB_7_3):
-        refuse(path, "is a MATLAB file of version 7.3; save it with -v7, or as CSV")
-    for signature, what in _SIGNATURES:
+    for signature, what in _SIGNATURES.items():
         if head.startswith(signature):
-            refuse(path, f"is {what}")
+            refuse(path, what)
     if head.startswith(_MATLAB) or path.suffix.lower() == ".mat":
         return _from_matlab(path)
     if head.startswith(_ZIP):
@@ -67,31 +65,18 @@ def read_table(path: Path) -> RawTable:
     return read_delimited(path)
 
 
-def _of_columns(
-    path: Path, names: Sequence[str], numbers: Callable[[int], Array], dialect: str
-) -> RawTable:
+def _of_columns(path: Path, columns: Mapping[str, Any], dialect: str) -> RawTable:
     """A table whose columns become numbers when they are asked for: others may hold texts."""
+    names = tuple(columns)
 
     def column(places: tuple[int, ...]) -> list[Array]:
-        chosen = {names[place]: numbers(place) for place in places}
-        lengths = {name: values.size for name, values in chosen.items()}
-        if len(set(lengths.values())) > 1:
-            counts = ", ".join(f"{name} has {size}" for name, size in lengths.items())
+        chosen = {names[k]: np.array(list(map(number_of, columns[names[k]]))) for k in places}
+        if len({values.size for values in chosen.values()}) > 1:
+            counts = ", ".join(f"{name} has {values.size}" for name, values in chosen.items())
             refuse(path, f"has columns of different lengths: {counts}; give one value an instant")
         return list(chosen.values())
 
-    return RawTable(path, tuple(names), column, dialect)
-
-
-def _numbers(path: Path, name: str, values: Any) -> Array:
-    """A list of JSON or Excel as numbers; nothing and texts without number are told."""
-    numbers = np.empty(len(values))
-    for row, value in enumerate(values):
-        try:
-            numbers[row] = number_of(value)
-        except (TypeError, ValueError, OverflowError):
-            refuse(path, f"has {quoted(value)} in row {row + 1} of {name}; give numbers only")
-    return numbers
+    return RawTable(path, names, column, dialect)
 
 
 def _from_json(path: Path) -> RawTable:
@@ -105,20 +90,16 @@ def _from_json(path: Path) -> RawTable:
         content = content["columns"]
     if isinstance(content, list) and content and all(isinstance(row, dict) for row in content):
         content = {name: [row.get(name) for row in content] for name in content[0]}
-    if not isinstance(content, dict):
-        refuse(path, "is JSON without columns; give an object of lists, one a column")
 
     columns = {}
-    for name, values in content.items():
+    for name, values in content.items() if isinstance(content, dict) else ():
         unit = values.get("unit") if isinstance(values, dict) else None
         values = values.get("values") if isinstance(values, dict) else values
         if isinstance(values, list) and not any(isinstance(v, list | dict) for v in values):
-            header = f"{name} [{unit}]" if unit else str(name)
-            columns[header] = values
+            columns[f"{name} [{unit}]" if unit else str(name)] = values
     if not columns:
         refuse(path, "is JSON without columns; give an object of lists, one a column")
-    names = list(columns)
-    return _of_columns(path, names, lambda k: _numbers(path, names[k], columns[names[k]]), "JSON")
+    return _of_columns(path, columns, "JSON")
 
 
 def _from_matlab(path: Path) -> RawTable:
@@ -127,16 +108,13 @@ def _from_matlab(path: Path) -> RawTable:
 
     try:
         content = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except NotImplementedError:
-        refuse(path, "is a MATLAB file of version 7.3; save it with -v7, or as CSV")
     except Exception as error:  # a damaged file ends in whatever the reader stumbles over
         refuse(path, f"cannot be read as a MATLAB file ({error}); save it with -v7, or as CSV")
 
     vectors = dict(_vectors(content))
     if not vectors:
         refuse(path, "holds no vector of numbers; save time and angle as vectors")
-    columns = list(vectors.values())
-    return _of_columns(path, list(vectors), lambda k: columns[k], "MATLAB")
+    return _of_columns(path, vectors, "MATLAB")
 
 
 def _vectors(content: Any, inside: str = "", depth: int = 0) -> list[tuple[str, Array]]:
@@ -164,7 +142,7 @@ def _columns_of(name: str, values: Array) -> list[tuple[str, Array]]:
 
 
 def _from_excel(path: Path) -> RawTable:
-    """The first sheet that has a table."""
+    """The first sheet that has a table, read like the text that it would be with tabs."""
     try:
         from openpyxl import load_workbook
     except ImportError:
@@ -172,34 +150,22 @@ def _from_excel(path: Path) -> RawTable:
 
     try:
         book = load_workbook(path, read_only=True, data_only=True)
-        sheets = [(sheet.title, list(sheet.iter_rows(values_only=True))) for sheet in book]
+        sheets = {sheet.title: _with_tabs(sheet.iter_rows(values_only=True)) for sheet in book}
         book.close()
     except Exception as error:  # a zip that is no workbook, or a damaged one
         refuse(path, f"cannot be read as an Excel file ({error}); save it as CSV")
 
-    for title, rows in sheets:
-        table = _table_of(path, rows, f"Excel, sheet '{title}'")
-        if table is not None:
-            return table
+    for title, text in sheets.items():
+        try:
+            table = read_delimited(path, text)
+        except StudyError:
+            continue
+        return dataclasses.replace(table, dialect=f"Excel, sheet '{title}'")
     raise refusal(path, "is an Excel file without columns of numbers; save the table as CSV")
 
 
-def _table_of(path: Path, rows: list[tuple[Any, ...]], dialect: str) -> RawTable | None:
-    """The table of a sheet, whose numbers may be texts."""
-    cells = [["" if cell is None else str(cell).strip() for cell in row] for row in rows]
-    tried = {decimal: layout_of(cells[:SHEET_HEAD], decimal) for decimal in ".,"}
-    decimal = max(tried, key=lambda sign: 0 if (one := tried[sign]) is None else one.fitting)
-    layout = tried[decimal]
-    if layout is None:
-        return None
-    body = [row for row in cells[layout.first :] if any(row)]
-
-    def numbers(k: int) -> Array:
-        return _numbers(path, layout.headers[k], [row[k].replace(decimal, ".") for row in body])
-
-    return dataclasses.replace(
-        _of_columns(path, layout.headers, numbers, dialect),
-        line_of=below_the_header,
-        columns=layout.columns,
-        period=layout.period,
-    )
+def _with_tabs(rows: Any) -> bytes:
+    text = io.StringIO()
+    cells = (["" if cell is None else " ".join(str(cell).split()) for cell in row] for row in rows)
+    csv.writer(text, delimiter="\t", lineterminator="\n").writerows(cells)
+    return text.getvalue().encode()

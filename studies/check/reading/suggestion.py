@@ -13,11 +13,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ocp.arrays import Array
-from studies.check.reading.headers import DIMENSIONS, UNITS, Column, unit_of
-from studies.check.reading.table import RawTable, listed
-from studies.common.exit_codes import StudyError
+from studies.check.reading.headers import DIMENSIONS, ROWS, UNITS, Column, unit_of
+from studies.check.reading.table import ROW_NUMBER, RawTable, listed
 
-PERIOD = "0.01 s"  # from row to row, if nothing states another one
+PERIOD = "0.01 s"  # from row to row
 OPENED = 4.0  # no angle of ours is as large in rad, so that larger ones are degrees
 STANDSTILL = 0.01  # of the median step of times, below which they would stand still
 EVEN = 0.5  # steps of times differ by less, those of a motion from rest by more
@@ -33,55 +32,48 @@ def columns_named(table: RawTable, columns: Sequence[Column], **units: str) -> s
     columns : that are understood already.
     units : by quantity, in place of those that are stated.
     """
-    known = {column.quantity: column for column in reversed(columns)}
     numbers = _numbers(table)
-    words = [
-        f"{quantity}={_text(table, column.place)}:{units.get(quantity) or _unit(column, numbers)}"
-        for quantity, column in known.items()
-    ]
-    for column in columns:
-        numbers.pop(column.place, None)
+    known = {column.quantity: (column.place, column.unit) for column in reversed(columns)}
+    free = numbers.keys() - {column.place for column in columns}
     if "time" not in known:
-        place = _of_times(table, numbers)
-        words.insert(0, _guess(table, "time", place, numbers, DIMENSIONS["time"]))
-        if place is not None:
-            del numbers[place]
-    if not known.keys() - {"time"} and numbers:
-        place = _of_an_opening(table, numbers)
-        words.append(_guess(table, "angle", place, numbers, "angle"))
-    flags = " ".join(f"--column {shlex.quote(word)}" for word in words)
+        place = _of_times(table, {k: numbers[k] for k in sorted(free)})
+        known = {"time": (place, PERIOD if place == ROW_NUMBER else ""), **known}
+        free.discard(place)
+    if not known.keys() - {"time"} and free:
+        known["angle"] = (_of_an_opening(table, {k: numbers[k] for k in sorted(free)}), "")
+
+    flags = []
+    for quantity, (place, stated) in known.items():
+        unit = units.get(quantity) or stated or _likely_unit(table, quantity, place, numbers)
+        flags.append(f"--column {shlex.quote(f'{quantity}={_text(table, place)}:{unit}')}")
     return (
-        f"\n  antenna-ocp check {shlex.quote(str(table.path))} {flags}\n"
+        f"\n  antenna-ocp check {shlex.quote(str(table.path))} {' '.join(flags)}\n"
         f"its columns are {listed(table.headers)}"
     )
-
-
-def _unit(column: Column, numbers: Mapping[int, Array]) -> str:
-    """The unit of a column that is understood, or that of its numbers."""
-    return column.unit or _likely_unit(DIMENSIONS[column.quantity], numbers.get(column.place))
-
-
-def _likely_unit(dimension: str, array: Array | None) -> str:
-    """The unit in which numbers are as large as they are."""
-    if array is not None and dimension == "time":
-        return next(unit for most, unit in SPANS if np.ptp(array) <= most)
-    if array is not None and dimension == "angle":
-        return "rad" if np.abs(array).max() <= OPENED else "deg"
-    return next(iter(UNITS[dimension]))
 
 
 def _numbers(table: RawTable) -> dict[int, Array]:
     """The columns of numbers, without what is empty."""
     found = {}
-    for place in range(len(table.headers)) if table.columns is None else table.columns:
-        try:
-            (array,) = table.column((place,))
-        except StudyError:  # texts
-            continue
+    for place in table.numbered:
+        (array,) = table.column((place,))
         array = array[np.isfinite(array)]
         if array.size > 1 and np.ptp(array) > 0:
             found[place] = array
     return found
+
+
+def _likely_unit(table: RawTable, quantity: str, place: int, numbers: Mapping[int, Array]) -> str:
+    """The unit that a header states, else one in which numbers are as large as they are."""
+    dimension, header = DIMENSIONS[quantity], unit_of(table.headers[place])
+    array = numbers.get(place)
+    if header in UNITS[dimension]:
+        return header
+    if array is not None and dimension == "time":
+        return next(unit for most, unit in SPANS if np.ptp(array) <= most)
+    if array is not None and dimension == "angle":
+        return "rad" if np.abs(array).max() <= OPENED else "deg"
+    return next(iter(UNITS[dimension]))
 
 
 def _unevenness(array: Array) -> float:
@@ -91,8 +83,8 @@ def _unevenness(array: Array) -> float:
     return float(np.ptp(step) / step.mean()) if rises else math.inf
 
 
-def _of_times(table: RawTable, numbers: Mapping[int, Array]) -> int | None:
-    """The column whose numbers rise most evenly; None if none does but the number of the row."""
+def _of_times(table: RawTable, numbers: Mapping[int, Array]) -> int:
+    """The column whose numbers rise most evenly; the number of the row if no other one does."""
     by_unit = [k for k in numbers if unit_of(table.headers[k]) in UNITS["time"]]
     if by_unit:
         return by_unit[0]
@@ -101,8 +93,8 @@ def _of_times(table: RawTable, numbers: Mapping[int, Array]) -> int | None:
         for place, array in numbers.items()
         if array[0] not in (0.0, 1.0) or (np.diff(array) != 1.0).any()
     }
-    best = min(rising, key=lambda place: rising[place], default=None)
-    return best if best is not None and rising[best] < math.inf else None
+    best = min(rising, key=lambda place: rising[place], default=ROW_NUMBER)
+    return best if rising.get(best, math.inf) < math.inf else ROW_NUMBER
 
 
 def _of_an_opening(table: RawTable, numbers: Mapping[int, Array]) -> int:
@@ -118,23 +110,10 @@ def _of_an_opening(table: RawTable, numbers: Mapping[int, Array]) -> int:
     return by_unit[0] if by_unit else max(numbers, key=rise)
 
 
-def _guess(
-    table: RawTable,
-    quantity: str,
-    place: int | None,
-    numbers: Mapping[int, Array],
-    dimension: str,
-) -> str:
-    if place is None:
-        return f"{quantity}=row:{table.period or PERIOD}"
-    unit = unit_of(table.headers[place])
-    if unit not in UNITS[dimension]:
-        unit = _likely_unit(dimension, numbers[place])
-    return f"{quantity}={_text(table, place)}:{unit}"
-
-
 def _text(table: RawTable, place: int) -> str:
     """How a column is named: by its header, or its number if others have that too."""
+    if place == ROW_NUMBER:
+        return ROWS
     header = table.headers[place]
     plain = bool(header) and header.isprintable() and table.headers.count(header) == 1
     return header if plain and not header.startswith("column ") else str(place + 1)

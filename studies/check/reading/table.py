@@ -5,14 +5,17 @@ Nothing is known here of angles or ropes. Whatever cannot be read is answered wi
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
+
+import numpy as np
 
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 
+ROW_NUMBER = -1  # place of a column that counts the rows from 0
 LISTED = 8  # headers that a sentence lists
 
 
@@ -24,25 +27,32 @@ class RawTable:
     ----------
     path : of the file.
     headers : the text above each column, in order; its unit with it where the file states one.
-    column : the numbers (m,) of the columns at the given places; nan where a cell is empty.
+    stored : the numbers (m,) of the columns at the given places; nan where a cell holds none.
     dialect : what was recognised, in words.
-    line_of : the line, row or place of a number in its column, as a reader of the file counts.
     columns : places of the columns that hold numbers; None if all may.
-    period : time from row to row that the file states above its table, with a unit; empty for none.
     """
 
     path: Path
     headers: tuple[str, ...]
-    column: Callable[[tuple[int, ...]], list[Array]]
+    stored: Callable[[tuple[int, ...]], list[Array]]
     dialect: str
-    line_of: Callable[[int], str] = field(default=lambda row: f"row {row + 1}")
     columns: tuple[int, ...] | None = None
-    period: str = ""
 
+    @property
+    def numbered(self) -> tuple[int, ...]:
+        """Places of the columns that may hold numbers."""
+        return tuple(range(len(self.headers))) if self.columns is None else self.columns
 
-def below_the_header(row: int) -> str:
-    """Where a number stands in a table of rows, as a reader counts them."""
-    return f"row {row + 1} below the header"
+    def column(self, places: Sequence[int]) -> list[Array]:
+        """The numbers (m,) of the columns at the given places, `ROW_NUMBER` among them."""
+        stored = tuple(k for k in places if k != ROW_NUMBER) or self.numbered[:1]
+        found = dict(zip(stored, self.stored(stored), strict=True))
+        count = np.arange(float(found[stored[0]].size))
+        return [found.get(k, count) for k in places]
+
+    def line_of(self, row: int) -> str:
+        """The place of a number in its column, as a reader of the file counts."""
+        return f"row {row + 1}" + " below the header" * (self.columns is not None)
 
 
 def refusal(path: Path, reason: str) -> StudyError:

@@ -203,7 +203,6 @@ def simulink_matrix(path: Path) -> None:
 
 
 INDEX = [str(k) for k in range(TIME.size)]
-XPS_HEAD = "GROUP1.POSITIONER.SetpointPosition\tGROUP1.POSITIONER.CurrentPosition\n"
 
 # name of a form: the file, and its content
 FORMS: dict[str, tuple[str, str | Callable[[Path], None]]] = {
@@ -255,10 +254,6 @@ FORMS: dict[str, tuple[str, str | Callable[[Path], None]]] = {
         "scope.txt",
         TWINCAT.replace(";", "\t")
         + lines(1e3 * TIME, DEG, 1e3 * TIME, VOLT, between="\t", decimal=","),
-    ),
-    "XPS gathering": (
-        "Gathering.dat",
-        f"0.5\n{XPS_HEAD}" + lines(DEG, DEG, between="\t", form="{:.10f}"),
     ),
     "Simulink, structure with time": ("a.mat", simulink_structure),
     "Simulink, matrix of a To File block": ("a.mat", simulink_matrix),

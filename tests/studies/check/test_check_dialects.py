@@ -151,7 +151,7 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
     "commas of both kinds": (
         "a.csv",
         text("time,angle", TIME, ANGLE, decimal=",", digits=".3f"),
-        "separate cells by semicolons",
+        "no header above its numbers",
     ),
     "exponents of Fortran": (
         "a.csv",
@@ -166,7 +166,7 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
     "a cell too many": (
         "a.csv",
         lambda path: path.write_text("time,angle\n" + "0,1\n" * 30 + "3,1,4\n"),
-        "row 31 below the header has more cells",
+        "row 31 below the header has 3 cells",
     ),
     "empty": ("a.csv", lambda path: path.write_bytes(b""), "is empty"),
     "header only": (
