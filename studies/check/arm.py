@@ -34,7 +34,7 @@ from studies.arm.replay.full_model import (
 from studies.arm.replay.loads import loads
 from studies.arm.report.quantities import (
     caps_by_quantity,
-    latched,
+    latch_checks,
     quantities_of,
     table_rows,
     wheel_checks,
@@ -375,23 +375,11 @@ def _criteria(
     left, allowed = replayed.residual_energy, study.residual_energy
     name = "residual energy after the lock"
     return (
-        *_latches(study, replayed),
+        *latch_checks(replayed, LATCH if study.latch is None else study.latch),
         *([Criterion(name, "J", left, allowed, left <= allowed)] if still else []),
         *(_torque_cap(k, cap, replayed, driving) for k, cap in caps.items() if cap is not None),
         *wheel_checks(study, loads(replayed)),
     )
-
-
-def _latches(study: ArmStudy, replayed: LockedMotion) -> list[Criterion]:
-    """Whether each joint arrives where its latch takes hold."""
-    width = LATCH if study.latch is None else study.latch
-    checks = []
-    for k, signed in replayed.run.engagement.miss.items():
-        miss = abs(float(signed))
-        sentence, held = latched(JOINT_NAMES[k], miss, width)
-        name = f"latch of the {JOINT_NAMES[k]}"
-        checks.append(Criterion(name, "rad", miss, width, held, f"{outcome(held)}: {sentence}"))
-    return checks
 
 
 def _torque_cap(k: int, cap: float, replayed: LockedMotion, driving: DrivingColumns) -> Criterion:

@@ -10,7 +10,6 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -114,13 +113,11 @@ def check_truss(
     law = found.reachable(study.truss)
     deployment = deployment_of(PROFILE, law, study)
     ranges = peak_ranges(found, deployment)
-    beside, remark = _beside(study, measured.duration, console or Console(), optimum)
+    best, remark = optimum_of(study, console or Console()) if optimum else (None, "")
+    beside = [*([best] if best else []), *paper_laws_of(study, measured.duration)]
 
     bounds = lower_bounds(study, None, longest=measured.duration)
-    surely = {
-        key: p.high if QUANTITIES[key].kind == "least" else p.low for key, p in ranges.items()
-    }
-    broken = broken_caps(study, surely)
+    broken = broken_caps(study, _extremes(ranges, worst=False))
     table = _table(study, [deployment, *beside], bounds, broken)
     margins, bars = margins_of(deployment), bars_of(deployment, study.caps)
     return judged(
@@ -153,15 +150,6 @@ def check_truss(
             **margins.details,
         },
     )
-
-
-def _beside(
-    study: TrussStudy, duration: float, console: Console, optimum: bool
-) -> tuple[list[Deployment], str]:
-    """The optimum, where it is asked for and found, and the paper's laws; how sure it is."""
-    best, remark = optimum_of(study, console) if optimum else (None, "")
-    found = [] if best is None else [best]
-    return [*found, *paper_laws_of(study, duration)], remark
 
 
 def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRange]:
@@ -197,6 +185,14 @@ def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRa
     return ranges
 
 
+def _extremes(ranges: Mapping[str, PeakRange], *, worst: bool) -> dict[str, float]:
+    """The worst, or the best, that each peak may be: of a least value that is the lowest."""
+    return {
+        key: p.high if worst is (QUANTITIES[key].kind != "least") else p.low
+        for key, p in ranges.items()
+    }
+
+
 def _table(
     study: TrussStudy,
     laws: Sequence[Deployment],
@@ -205,12 +201,12 @@ def _table(
 ) -> tuple[TableRow, ...]:
     """The table, with the profile's own caps judged within its bounds."""
     own = laws[0].name
-    rows = []
-    for row in table_rows(study, laws, bounds):
+
+    def marked(row: TableRow) -> TableRow:
         others = tuple(law for law in row.broken_by if law != own)
-        marked = (own, *others) if row.key in broken else others
-        rows.append(dataclasses.replace(row, broken_by=marked))
-    return tuple(rows)
+        return dataclasses.replace(row, broken_by=(own, *others) if row.key in broken else others)
+
+    return tuple(map(marked, table_rows(study, laws, bounds)))
 
 
 def _criteria(
@@ -225,8 +221,8 @@ def _criteria(
     if stated is not None:
         held.append(_duration(found, stated))
     drawn = broken_caps(study, {key: peak.value for key, peak in ranges.items()})
-    worst = {key: p.low if QUANTITIES[key].kind == "least" else p.high for key, p in ranges.items()}
-    possible = {key: part for key, part in broken_caps(study, worst).items() if part > UNSURE}
+    worst = broken_caps(study, _extremes(ranges, worst=True))
+    possible = {key for key, part in worst.items() if part > UNSURE}
     for key, peak in ranges.items():
         cap = cap_of(study, key)
         if cap is not None:
@@ -462,44 +458,31 @@ def _series(
         name: Series(COLUMNS[name][0], "time", values, COLUMNS[name][1])
         for name, values in profile(deployment).items()
     }
-    time = found.measured.time
+    time, recovered = found.measured.time, found.recovered
     kept = np.unique(np.linspace(0, time.size - 1, min(time.size, MOST_ROWS)).round().astype(int))
-    arrays |= _axis("rows", time[kept], {"angle": ("rad", found.angle[kept], "as in the file")})
+    arrays |= _axis("rows", time[kept], "as in the file", {"angle": ("rad", found.angle[kept])})
 
-    recovered = found.recovered
     if recovered.fit is not None:
-        instants, _ = recovered.band(0)
+        units = {"angle": "rad", "speed": "rad/s", "acceleration": "rad/s^2"}
         bands = {
-            name: (
-                unit,
-                recovered.band(order)[1],
-                "half-width of the band that contains the true motion",
-            )
-            for order, (name, unit) in enumerate(
-                (("angle", "rad"), ("speed", "rad/s"), ("acceleration", "rad/s^2"))
-            )
+            name: (unit, recovered.band(order)[1])
+            for order, (name, unit) in enumerate(units.items())
         }
-        arrays |= _axis("band", instants, bands)
-    for other in beside:
-        if other.name == OPTIMUM:
-            arrays |= _axis(OPTIMUM, *_sampled(other))
+        meaning = "half-width of the band that contains the true motion"
+        arrays |= _axis("band", recovered.band(0)[0], meaning, bands)
+    for columns in (profile(other) for other in beside if other.name == OPTIMUM):
+        names = ("angle", *RATES, BEFORE, "angular_jerk")
+        taken = {name: (COLUMNS[name][0], columns[name]) for name in names}
+        arrays |= _axis(OPTIMUM, columns["time"], "of the optimum", taken)
     return arrays
 
 
-def _sampled(deployment: Deployment) -> tuple[Array, dict[str, Any]]:
-    columns = profile(deployment)
-    names = ("angle", *RATES, BEFORE, "angular_jerk")
-    return columns["time"], {
-        name: (*COLUMNS[name][:1], columns[name], "of the optimum") for name in names
-    }
-
-
 def _axis(
-    prefix: str, axis: Array, columns: Mapping[str, tuple[str, Array, str]]
+    prefix: str, axis: Array, meaning: str, columns: Mapping[str, tuple[str, Array]]
 ) -> dict[str, Series]:
-    """Series of a prefix along their own time."""
+    """Series of a prefix along their own time, each by its unit and values."""
     name = f"{prefix}/time"
     series = {name: Series("s", name, axis, "since the start")}
-    for key, (unit, values, meaning) in columns.items():
+    for key, (unit, values) in columns.items():
         series[f"{prefix}/{key}"] = Series(unit, name, values, meaning)
     return series
