@@ -89,7 +89,7 @@ class Effort:
 
 def names() -> tuple[str, ...]:
     """All cases, in the order in which they are run."""
-    from benchmarks.optima.problems import CATALOGUE
+    from benchmarks.optima.catalogue import CATALOGUE
 
     return (*CATALOGUE, "race_A", "race_B", *ARM_STUDIES, *TRUSS_STUDIES)
 
@@ -187,8 +187,8 @@ def _solved(problem: Any, tolerance: float) -> Answer:
 
 def _benchmark(name: str) -> Answer:
     """One problem of the catalogue, held against its trusted optimum."""
+    from benchmarks.optima.catalogue import CATALOGUE
     from benchmarks.optima.checks import held_against
-    from benchmarks.optima.problems import CATALOGUE
 
     benchmark = CATALOGUE[name]()
     answer = _solved(benchmark.problem, benchmark.tolerance)

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 
 from benchmarks.entry import answer_for
 from benchmarks.optima.benchmark import Benchmark
+from benchmarks.optima.catalogue import CATALOGUE
 from benchmarks.optima.checks import OWN_CHECKS
-from benchmarks.optima.problems import CATALOGUE
 from benchmarks.records import Record
 from benchmarks.regression import solved_apart
 from studies.common.configuration import closest

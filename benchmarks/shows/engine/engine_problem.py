@@ -34,7 +34,12 @@ def problem_of(variant: Variant, guessed: bool) -> Problem:
         Whether the crude guess of the file is handed over.
     """
     unknowns = {
-        name: Unknown(name, **_limits(variant, entry), guess=entry["guess"] if guessed else None)
+        name: Unknown(
+            name,
+            **_limits(variant, entry),
+            guess=entry["guess"] if guessed else None,
+            scale=entry.get("scale"),
+        )
         for name, entry in variant.stated.get("unknowns", {}).items()
     }
     signals: dict[str, Symbol] = {}

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.optima.__main__ import select
 from benchmarks.optima.benchmark import Benchmark
-from benchmarks.optima.problems import CATALOGUE
+from benchmarks.optima.catalogue import CATALOGUE
 from ocp import Between
 from studies.common.exit_codes import StudyError
 
@@ -20,13 +20,13 @@ STRUCTURE = {
     "hypersensitive_50": (1, 1, 1, 0, 0, 1.330807),
     "alp_rider": (1, 4, 2, 0, 0, 2030.85609),
     "cartpole_kelly": (1, 4, 1, 0, 0, 58.80767),
-    "goddard_vmax": (1, 3, 1, 0, 1, 1.01257),
+    "goddard_vmax": (1, 3, 1, 0, 1, -1.01257),
     "catmix": (1, 2, 1, 0, 0, -4.80556e-2),
     "robot_arm": (1, 6, 3, 0, 1, 9.14093620),
     "gas_oil": (1, 2, 0, 3, 0, 5.2366e-3),
-    "shuttle": (1, 6, 2, 0, 1, math.degrees(0.59587608)),
+    "shuttle": (1, 6, 2, 0, 1, -math.degrees(0.59587608)),
     "via_point": (2, 2, 1, 0, 0, 10.125),
-    "goddard_betts_3ph": (3, 3, (0, 1, 0), 0, 5, 18550.872),
+    "goddard_betts_3ph": (3, 3, (0, 1, 0), 0, 5, -18550.872),
 }
 
 
