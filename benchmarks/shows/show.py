@@ -18,7 +18,6 @@ Columns = Mapping[str, Column]  # by their headings
 
 # One line a show: its name, and the module that has what a `Show` has.
 SHOWS = {
-    "arm-random": "benchmarks.shows.arm_random",
     "truss-random": "benchmarks.shows.truss_random",
     "fuzz-commands": "benchmarks.shows.fuzz.commands",
     "interrupts": "benchmarks.shows.fuzz.interrupts",
