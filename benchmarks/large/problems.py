@@ -12,8 +12,9 @@ from typing import Any
 
 import casadi as ca
 
+from benchmarks.large.repeated import arm, distillation, heated_rod, launch
 from benchmarks.shows.engine.engine_problem import problem_of
-from benchmarks.shows.engine.repeated import large
+from benchmarks.shows.engine.variant import Variant
 from ocp import TIME, Algebraic, Between, Bound, Control, Phase, Problem, State
 
 
@@ -223,7 +224,7 @@ def bioreactor() -> Problem:
 
 def _read(title: str, name: str, optimum: float) -> Large:
     """A problem that is stated as text, with its crude guess."""
-    variant = large(name)
+    variant = Variant.nominal(name, "large")
     return Large(
         title, lambda: problem_of(variant, guessed=True), optimum, variant.stated["source"]
     )
@@ -260,10 +261,35 @@ PROBLEMS = {
     ),
     "powered landing": _read("powered landing", "powered_landing", -1666.257154),
     "rigid body": _read("rigid body, turned in least time", "rigid_body_turn", 3.2430834),
-    "launch": _read("Delta III to orbit, four phases", "launch", 1.1454209567),
+    "launch": Large(
+        "Delta III to orbit, four phases",
+        launch,
+        1.1454209567,
+        "D. A. Benson, A Gauss pseudospectral transcription for optimal control, MIT 2005, ch. 7: "
+        "Delta III, 7529.71 kg into orbit, so 924.14 s or 1.145421; from memory",
+    ),
     "free-flying robot": _read("free-flying robot, least thrust", "free_flying_robot", 7.9101439),
-    "distillation": _read("distillation column, 32 states", "distillation", 6.497789),
-    "heated rod": _read("heated rod, 20 states", "heated_rod", 0.421439097),
+    "distillation": Large(
+        "distillation column, 32 states",
+        distillation,
+        6.497789,
+        "binary distillation column of J. D. Hedengren (nonlinear model library, column with 32 "
+        "stages), after J. Hahn, T. F. Edgar, Computers and Chemical Engineering 26 (2002); from "
+        "memory",
+    ),
+    "heated rod": Large(
+        "heated rod, 20 states",
+        heated_rod,
+        0.421439097,
+        "J. T. Betts, S. L. Campbell, Discretize then optimize, in Mathematics in Industry, SIAM "
+        "2005: heat equation with limits of the state; twenty points here",
+    ),
     "quadrotor": _read("quadrotor through four gates", "quadrotor_gates", 4.0638229),
-    "five-link arm": _read("arm of five links", "five_link_arm", 0.017335735),
+    "five-link arm": Large(
+        "arm of five links",
+        arm,
+        0.017335735,
+        "a chain of rigid links, equations as in R. M. Murray, Z. Li, S. S. Sastry, A Mathematical "
+        "Introduction to Robotic Manipulation, ch. 4; numbers chosen here",
+    ),
 }

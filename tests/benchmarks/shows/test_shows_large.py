@@ -1,33 +1,34 @@
-"""Large problems that are stated as text: the engine reads them, and what some of them give."""
+"""Large problems: their sizes, and what some of them give."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
+from benchmarks.large.problems import PROBLEMS
 from benchmarks.shows.engine.engine_problem import problem_of
-from benchmarks.shows.engine.repeated import large
+from benchmarks.shows.engine.variant import Variant
 from ocp import solve
 
 STATES = {
-    "heated_rod": 20,
+    "heated rod": 20,
     "distillation": 32,
-    "five_link_arm": 10,
-    "quadrotor_gates": 8,
+    "five-link arm": 10,
+    "quadrotor": 8,
     "launch": 6,
 }
 
 
 @pytest.mark.parametrize("name", STATES)
-def test_the_engine_reads_them(name: str) -> None:
-    problem = problem_of(large(name), True)
+def test_they_have_the_states_that_are_told(name: str) -> None:
+    problem = PROBLEMS[name].make()
     assert {len(phase.states) for phase in problem.phases} == {STATES[name]}
 
 
 @pytest.mark.slow
 def test_rates_are_fitted_though_round_off_keeps_their_rows_above_the_tolerance() -> None:
     """IPOPT met all conditions, rows to 4e-10, and went on for 1,700 iterations: "Unverified"."""
-    stated = large("robertson_fit")
+    stated = Variant.nominal("robertson_fit", "large")
     found = solve(problem_of(stated, True))
     assert found.objective == pytest.approx(stated.stated["optimum"], rel=1e-7)
     assert sum(entry.iterations for entry in found.mesh_iterations[1:]) < 200
@@ -35,7 +36,7 @@ def test_rates_are_fitted_though_round_off_keeps_their_rows_above_the_tolerance(
 
 @pytest.mark.slow
 def test_the_optimum_of_the_fit_is_that_of_another_method() -> None:
-    stated = large("robertson_fit")
+    stated = Variant.nominal("robertson_fit", "large")
     times = stated.samples["times"]
     measured = np.array([stated.samples[name] for name in "abc"])
 
@@ -60,5 +61,5 @@ def test_the_optimum_of_the_fit_is_that_of_another_method() -> None:
 @pytest.mark.slow
 def test_a_turn_is_right():
     # Bilimoria and Wie give four digits
-    found = solve(problem_of(large("rigid_body_turn"), True))
+    found = solve(problem_of(Variant.nominal("rigid_body_turn", "large"), True))
     assert found.objective == pytest.approx(3.243, abs=5e-4)
