@@ -203,12 +203,16 @@ def _rows(path: Path, lines: TextIO, layout: TextLayout, last: int) -> Iterator[
             continue
         row += 1
         # a cell too many shifts what stands behind it; one that is quoted may hold separators
-        wide = len(line.split()) - 1 if separator is None else line.rstrip("\n ").count(separator)
+        wide, filled = (_separators(text, separator) for text in (line, line.rstrip()))
         most = wide if most is None else most
-        if wide < last or (wide > most and '"' not in line):
+        if wide < last or (filled > most and '"' not in line):
             refuse(
                 path,
                 f"is ragged: row {row} below the header has {wide + 1} cells; give as many cells "
                 "in each row as in the header",
             )
         yield line.replace(",", ".") if comma else line
+
+
+def _separators(line: str, separator: str | None) -> int:
+    return len(line.split()) - 1 if separator is None else line.count(separator)

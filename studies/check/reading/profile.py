@@ -170,8 +170,8 @@ def _check_finite(table: RawTable, column: Column, array: Array) -> None:
     if array.size < LEAST_ROWS:
         refuse(
             table.path,
-            f"has {array.size} rows; give at least {LEAST_ROWS}, so that the motion between the "
-            "rows is determined",
+            f"has {array.size} rows of numbers; give at least {LEAST_ROWS}, so that the motion "
+            "between the rows is determined",
         )
     bad = np.flatnonzero(~np.isfinite(array))
     if bad.size:

@@ -14,7 +14,7 @@ import numpy as np
 from ocp.arrays import Array
 from studies.check.reading.delimited import read_delimited
 from studies.check.reading.layout import number_of
-from studies.check.reading.table import RawTable, refusal, refuse
+from studies.check.reading.table import RawTable, refuse
 from studies.common.exit_codes import StudyError
 from studies.common.foreign_text import parsed_json
 
@@ -155,13 +155,15 @@ def _from_excel(path: Path) -> RawTable:
     except Exception as error:  # a zip that is no workbook, or a damaged one
         refuse(path, f"cannot be read as an Excel file ({error}); save it as CSV")
 
+    failures = []
     for title, text in sheets.items():
         try:
             table = read_delimited(path, text)
-        except StudyError:
+        except StudyError as error:
+            failures.append(error)
             continue
         return dataclasses.replace(table, dialect=f"Excel, sheet '{title}'")
-    raise refusal(path, "is an Excel file without columns of numbers; save the table as CSV")
+    raise failures[0]
 
 
 def _with_tabs(rows: Any) -> bytes:
