@@ -234,6 +234,7 @@ def test_the_phase_plane_is_a_motion_with_one_switch(drive):
     assert limits.least_time(plane, force) == pytest.approx(back.t[-1], rel=2e-3)
 
 
+@pytest.mark.slow
 def test_least_peak_force():
     for drive in (NO_ROTOR, ROTOR):
         plane = limits.phase_plane(ROPES, drive)

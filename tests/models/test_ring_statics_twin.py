@@ -145,6 +145,7 @@ def test_stress_without_load_is_taken_out():
     assert np.linalg.norm(bent.link) < np.linalg.norm(flat.link)
 
 
+@pytest.mark.slow
 def test_known_figures_of_the_reference_set():
     """An earlier reading, by another hand, to the digits it was noted with."""
     smooth = ring_forces(truss.DYNAMIC_SET, RIDGE)

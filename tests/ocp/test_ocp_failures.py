@@ -425,7 +425,10 @@ def test_the_tail_of_a_hill_at_the_end_is_told_at_once():
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0, pytest.param(1e6, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("beyond", "told"), [(1e-5, True), (1e-7, True), (1e-9, False)])
+@pytest.mark.parametrize(
+    ("beyond", "told"),
+    [(1e-5, True), (1e-7, True), pytest.param(1e-9, False, marks=pytest.mark.slow)],
+)
 def test_an_excess_is_a_part_of_the_size(size, beyond, told):
     problem = over(Bound("square", x**2 / size, "m", upper=size * (1 - beyond)), far=size)
     if told:

@@ -154,6 +154,7 @@ def test_another_question_or_version_finds_nothing(tmp_path: Path, monkeypatch) 
     assert finished_steps(tmp_path, ["truss", {"duration": 2.0}]).count == 0
 
 
+@pytest.mark.slow
 def test_a_study_that_was_changed_takes_over_nothing(tmp_path: Path, capsys) -> None:
     out, alone, study = tmp_path / "out", tmp_path / "alone", tmp_path / "study.toml"
     assert main([*QUICK, "--results", str(out)]) == ExitCode.OK

@@ -258,10 +258,8 @@ def test_what_is_impossible_by_proof_is_said_with_the_limit_as_stated(
     assert "at most 1.6 m/s; its minimum is 1.65247 m/s" in said
 
 
-@pytest.mark.parametrize(
-    "form",
-    ["csv", *(pytest.param(form, marks=pytest.mark.slow) for form in ("json", "mat"))],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ["csv", "json", "mat"])
 def test_columns_hold_the_set_points_that_their_record_is_about(
     form: str, folder: Path, drive_file: Write, tmp_path: Path
 ) -> None:
