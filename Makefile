@@ -19,7 +19,7 @@ unexport PYTHONDONTWRITEBYTECODE
 help:
 	@echo "make study      optimal deployment of the 24-module antenna, into results/"
 	@echo "make picture    the README's pictures, from the main study and an example"
-	@echo "make table      every number of the paper beside ours"
+	@echo "make table      every number of the paper compared with ours"
 	@echo "make docs       the site, into docs/build/html; runs every example"
 	@echo "make test       fast tests"
 	@echo "make test-slow  slow tests"

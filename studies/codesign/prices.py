@@ -65,8 +65,8 @@ class Price:
         unit = "" if self.unit == "1" else f" {self.unit}"
         if not math.isfinite(self.price):
             return (
-                f"{self.title}, at {word} {self.limit:.6g}{unit}: its price has no number, as "
-                f"{self.note}"
+                f"{self.title}, at {word} {self.limit:.6g}{unit}: its shadow price is "
+                f"undefined, because {self.note}"
             )
         return (
             f"{self.title}, at {word} {self.limit:.6g}{unit}: 1 % {loosened} saves "
@@ -77,7 +77,7 @@ class Price:
 def prices(
     study: CodesignStudy, held: Sequence[Requirement], design: Mapping[str, float], found: Solution
 ) -> tuple[Price, ...]:
-    """The limits that press, dearest per cent first.
+    """The active limits, in the order of the force that 1 % saves.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ class Requirement:
 
 
 def requirements(study: CodesignStudy) -> tuple[Requirement, ...]:
-    """All requirements; what the design leaves out is as the stated truss has it."""
+    """All requirements; the given truss sets those that the design does not have."""
     return (*_of_the_design(study), *_at_rest(study), *_while_it_creeps(study))
 
 
@@ -110,7 +110,7 @@ def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
 
 
 def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
-    """What limits on forces ask of the truss where every motion begins and ends."""
+    """Limits on forces, applied to the truss at rest at both ends of every motion."""
     stowed = study.deployment.truss.stowed_angle
 
     def least_pull(t: TrussParameters) -> Any:
@@ -158,8 +158,8 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
 
     yield from _under_caps(
         study,
-        ("rope force while it creeps", "force", "most", rope),
-        ("largest force in a bar while it creeps", "bar_force", "most", bars),
+        ("rope force in slow motion", "force", "most", rope),
+        ("largest force in a bar in slow motion", "bar_force", "most", bars),
     )
 
 
@@ -197,7 +197,7 @@ def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None
     Raises
     ------
     StudyError
-        Naming the first that cannot be met beside those before it, and the nearest value.
+        Naming the first that cannot be met together with those before it, and the nearest value.
     """
     for count, requirement in enumerate(held):
         reached, design = _furthest(study, held[:count], requirement)
@@ -205,13 +205,12 @@ def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None
             continue
         value = float(requirement.expression(with_symbols(study.deployment.truss, **design)))
         kept = [one.words for one in held[1:count] if abs(_slack_at(study, one, design)) <= 1e-4]
-        beside = f" beside {' and '.join(kept)}" if kept else ""
+        beside = f" together with {' and '.join(kept)}" if kept else ""
         extreme, typed = ("most", down) if requirement.is_least else ("least", up)
         raise StudyError(
             f"no design within {100 * study.design.range:g} % was found with a "
             f"{requirement.words}{beside}: the {extreme} found is {typed(value)} "
-            f"{requirement.unit}; "
-            f"change {requirement.key} to that, or widen design.range",
+            f"{requirement.unit}; change {requirement.key} to this value, or widen design.range",
             ExitCode.NOT_SOLVED,
         )
 

@@ -46,8 +46,8 @@ from studies.truss.search.smoothness import first_price
 SAME = 1e-4  # relative: optima closer than this are one
 GAIN = 1e-3  # relative: what a second solve may find, as the force is flat near the best design
 ROUGH = 1e-5  # relative: to which starts are solved; well below what tells optima apart
-STATED = "stated design"
-ROUGHLY, EXACTLY = "rough", "to the last digits"  # names of finished steps
+STATED = "given design"
+ROUGHLY, EXACTLY = "rough", "accurate"  # names of finished steps
 MOST_DRAWS = 1000  # for designs whose link is longer than their crank
 
 
@@ -183,7 +183,7 @@ def _to_the_last_digits(
     if found.interrupted or seconds <= 0.0:
         return found, False
     name, problem = best.starts[0], best.solution.problem
-    console.progress(f"{name}: the best one to its last digits")
+    console.progress(f"{name}: solving the best start to full accuracy")
 
     within = dataclasses.replace(settings, seconds=min(seconds, settings.seconds or seconds))
     try:
@@ -203,7 +203,7 @@ def _to_the_last_digits(
     except Interrupted:
         return dataclasses.replace(found, interrupted=True), False
     except OcpError as error:
-        console.progress(f"{name}: as it was, {error}")
+        console.progress(f"{name}: not solved to full accuracy, {error}")
         return found, False
 
     value = force(problem, finer)

@@ -254,7 +254,7 @@ def _requirement_checks(made: Codesign) -> list[Criterion]:
 
 
 def _verdict(made: Codesign) -> Verdict:
-    """Local at best: the starts found it, and nothing proves that no other design is better."""
+    """Local: the starts found it, and there is no proof that no other design is better."""
     audit, unit = made.found.audit, OBJECTIVES[made.study.objective].unit
     if not made.solution.verification.passed:
         return Verdict("unverified", "; ".join(made.solution.verification.reasons))
@@ -283,32 +283,32 @@ def _remarks(made: Codesign) -> list[str]:
     if bound is not None:
         room = 100 * (1 - bound / after)
         remarks.append(
-            f"No motion of this design needs less than {bound:.6g} {unit}, which is {room:.2g} % "
-            "below the result."
+            f"The proven lower bound for this design is {bound:.6g} {unit}, {room:.2g} % below the "
+            "result."
         )
 
     remarks.append(_on_bounds(made.prices, free))
     if not made.found.exact:
         remarks.append(
-            f"The search ended before the best start was solved to its last digits: its {title} is "
-            f"within about {ROUGH:g} of the least, relative to it."
+            f"The search ended before the best start was solved to full accuracy: its {title} is "
+            f"within about {ROUGH:g} of the minimum (relative)."
         )
     return [*remarks, *(price.sentence for price in made.prices or ())]
 
 
 def _on_bounds(prices: Sequence[Price] | None, free: int) -> str:
-    """Which bounds press on so many free parameters."""
+    """How many bounds of the design are active, compared with its free parameters."""
     if prices is None:
         return "The study was stopped before the shadow prices of its bounds were found."
     binding = [price for price in prices if price.of_the_design]
     if len(binding) >= free:
         return (
-            f"This design sits on its bounds alone: {len(binding)} of them press on {free} free "
-            "parameters and fix them all. To gain more, move a bound; the prices say which."
+            f"Active bounds determine this design: {len(binding)} bounds fix all {free} free "
+            "parameters. To improve it, change a bound; the shadow prices show which."
         )
     if binding:
         return (
-            f"{len(binding)} bounds press on {free} free parameters; the others are balanced "
-            "inside the range."
+            f"{len(binding)} bounds on {free} free parameters are active; the other parameters are "
+            "optimal inside their ranges."
         )
-    return "No bound presses on the design: it is balanced inside the range."
+    return "No bound of the design is active: it is optimal inside its ranges."

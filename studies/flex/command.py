@@ -8,14 +8,15 @@ from studies.common.study import Mechanism, Study, Swept, Switch
 
 STUDY = Study(
     name="flex",
-    summary="any chain of flexible links, its joints free, locked or driven",
-    description="Moves a chain of ANCF beams that a TOML file states: links with sections and "
-    "materials, joints free, locked or driven by angle or torque, gravity, damping, locks and "
-    "latches, in either form of the constraints. Optimises nothing. Exit code 5 if the energy "
-    "drifts, a constraint opens, both forms differ or a latch catches nothing.",
+    summary="any chain of flexible links with free, locked or driven joints",
+    description="Simulates a chain of ANCF beams from a TOML file: links with sections and "
+    "materials, joints that are free, locked or driven by angle or torque, gravity, damping, locks "
+    "and latches. The constraints are eliminated, or kept with multipliers. Nothing is optimised. "
+    "Exit code 5 if the energy drifts, a constraint is violated, both forms differ or a joint does "
+    "not reach its latch.",
     keys={"": "studies.flex.config:FlexStudy"},
     presets=Path(__file__).parent / "presets",
-    switches={"--no-sweep": Switch("leave the case's sweep out", {"sweep": {}})},
+    switches={"--no-sweep": Switch("do not simulate the [sweep] of the case", {"sweep": {}})},
     read="studies.flex.config:study_from",
     state="studies.flex.config:as_dictionary",
     # a CSV file is named from where its case is, and its rows become part of the case

@@ -1,4 +1,4 @@
-"""What the user asks of a chain of flexible links, as TOML or Python; checked before any work."""
+"""The keys of a study of flexible links, from TOML or Python, checked before any work."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ class MaterialCase:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkCase:
-    """One link, a table `[[link]]`: its length, one way to state its section, and its material.
+    """One link, a table `[[link]]`: its length, one description of its section, and its material.
 
     Raises
     ------
     StudyError
-        If a value is wrong, or the section or the material is stated in no way or in two.
+        If a value is wrong, or the section or the material is missing or given twice.
     """
 
     length: float = key(LENGTH, "m", "length")
@@ -92,7 +92,7 @@ class LinkCase:
         Raises
         ------
         StudyError
-            If the section is stated in no way, in two, or is no section.
+            If the section is missing, given twice, or impossible.
         """
         ways = {
             "diameter": self.diameter is not None,
@@ -103,7 +103,7 @@ class LinkCase:
         if len(stated) != 1:
             which = " and ".join(stated) or "nothing"
             raise StudyError(
-                f"{name} states its section by {which}; give one of diameter (with wall), "
+                f"{name} gives its section by {which}; give one of diameter (with wall), "
                 "width with height, area with second_moment"
             )
 
@@ -112,7 +112,7 @@ class LinkCase:
             if inner < 0:
                 raise StudyError(
                     f"{name}.wall is {self.wall:g} m, more than half the diameter of "
-                    f"{self.diameter:g} m; give less"
+                    f"{self.diameter:g} m; reduce it"
                 )
             outer = self.diameter
             return math.pi / 4 * (outer**2 - inner**2), math.pi / 64 * (outer**4 - inner**4)
@@ -120,7 +120,7 @@ class LinkCase:
             return self.width * self.height, self.width * self.height**3 / 12
         if self.area is not None and self.second_moment is not None:
             return self.area, self.second_moment
-        raise StudyError(f"{name} states half of {stated[0]}; give both")
+        raise StudyError(f"{name} has only one of {stated[0]}; give both")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,22 +131,22 @@ class JointCase:
     start_deg: float | None = optional_key(
         finite,
         "deg",
-        "angle at the start, from the link before (the x axis at the root), counter-clockwise; 0 "
-        "unless stated or given by the law",
+        "angle at the start, counter-clockwise from the previous link (at the root: from the x "
+        "axis); by default 0, or the start of the law",
     )
     start_rate: float = key(
         limited(finite),
         "rad/s",
-        "rate of that angle at the start, of a free or torque joint",
+        "initial rate of that angle, for a free or torque joint",
         default=0.0,
     )
     law: str | None = optional_key(
         choice(LAWS), "", "law of a driven joint, with turn_deg and over"
     )
     turn_deg: float | None = optional_key(finite, "deg", "turn of that law")
-    over: float | None = optional_key(TIME, "s", "time of that law; the duration unless stated")
+    over: float | None = optional_key(TIME, "s", "duration of that law [the whole motion]")
     expression: str | None = optional_key(
-        text, "", "instead: angle [rad] or torque [N m] in t [s], such as 0.5*sin(2*pi*t)"
+        text, "", "instead: angle [rad] or torque [N m] of t [s], such as 0.5*sin(2*pi*t)"
     )
     csv: str | None = optional_key(
         text, "", "instead: a file with columns time [s] and angle or torque"
@@ -158,7 +158,7 @@ class JointCase:
     breakpoints: tuple[float, ...] = key(
         numbers(), "s", "times at which an expression or its derivative jumps", default=()
     )
-    lock_time: float | None = optional_key(TIME, "s", "when the joint locks at the angle it has")
+    lock_time: float | None = optional_key(TIME, "s", "when the joint locks at its current angle")
     latch_deg: float | None = optional_key(
         finite, "deg", "angle at which a latch catches the joint"
     )
@@ -168,17 +168,17 @@ class JointCase:
 
     @property
     def start(self) -> float:
-        """Angle at the start [rad], where it is stated."""
+        """Given angle at the start [rad]; 0 if there is none."""
         return math.radians(self.start_deg or 0.0)
 
     def check_kind(self, name: str) -> None:
-        """Raise StudyError unless what is stated fits the kind."""
+        """Raise StudyError unless the keys of the joint fit its kind."""
         self._check_drive(name)
         self._check_law(name)
         self._check_lock(name)
 
     def _check_drive(self, name: str) -> None:
-        """A driven joint has one law, and no other joint has any."""
+        """A driven joint has one law; other joints have none."""
         ways = {
             "law": self.law is not None,
             "expression": self.expression is not None,
@@ -191,7 +191,7 @@ class JointCase:
         if driven and len(stated) != 1:
             which = " and ".join(stated) or "nothing"
             raise StudyError(
-                f"{name} is driven by {self.kind}, but its law is stated by {which}; give one of "
+                f"{name} is driven by {self.kind}, but its law is given by {which}; give one of "
                 f"{', '.join(ways)}"
             )
         if not driven and stated:
@@ -201,30 +201,32 @@ class JointCase:
             )
 
     def _check_law(self, name: str) -> None:
-        """A law turns by something, and fits what it drives."""
+        """A law has a turn, and its kind matches the kind of its joint."""
         if self.law is not None and self.turn_deg in (None, 0.0):
             raise StudyError(
-                f"{name} follows the law {self.law}, but turns by nothing; give turn_deg"
+                f"{name} follows the law {self.law}, but its turn is zero or missing; give turn_deg"
             )
         if self.kind == "angle" and self.law == "linear":
-            raise StudyError(f'{name}: the law linear is one of the torque; give kind = "torque"')
+            raise StudyError(
+                f'{name}: the law linear applies only to a torque; give kind = "torque"'
+            )
 
         if self.kind in ("locked", "angle") and self.start_rate:
             raise StudyError(
-                f"{name} is {self.kind}, so its rate is not free; leave start_rate out"
+                f"{name} is {self.kind}, so its initial rate is fixed; remove start_rate"
             )
 
     def _check_lock(self, name: str) -> None:
-        """What locks later moves until then, and a latch catches what is free to come to it."""
+        """A joint that locks later moves before, and one with a latch is free to reach it."""
         if self.latch_deg is not None and self.latch_deg == (self.start_deg or 0.0):
             raise StudyError(
                 f"{name} starts at its latch, {self.latch_deg:g} deg; give another start_deg, or "
                 'kind = "locked"'
             )
         if self.kind == "locked" and (self.lock_time or self.latch_deg is not None):
-            raise StudyError(f"{name} is locked already; leave lock_time and latch_deg out")
+            raise StudyError(f"{name} is already locked; remove lock_time and latch_deg")
         if self.kind == "angle" and self.latch_deg is not None:
-            raise StudyError(f"{name} follows an angle, so no latch catches it; give lock_time")
+            raise StudyError(f"{name} follows an angle, so it cannot have a latch; give lock_time")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,10 +234,14 @@ class SweepCase:
     """Multiples of the case, the table `[sweep]`; one quantity is changed at a time."""
 
     speed: tuple[float, ...] = key(
-        numbers(), "", "of the pace: durations are divided by it", default=(), flags=()
+        numbers(), "", "factors of the speed: durations are divided by them", default=(), flags=()
     )
-    length: tuple[float, ...] = key(numbers(), "", "of all links' lengths", default=(), flags=())
-    modulus: tuple[float, ...] = key(numbers(), "", "of all Young's moduli", default=(), flags=())
+    length: tuple[float, ...] = key(
+        numbers(), "", "factors of the lengths of all links", default=(), flags=()
+    )
+    modulus: tuple[float, ...] = key(
+        numbers(), "", "factors of all Young's moduli", default=(), flags=()
+    )
 
     def __post_init__(self) -> None:
         check(self, "sweep.")
@@ -278,10 +284,13 @@ class FlexStudy:
         default=0.0,
     )
     damping_ratio: float = key(
-        not_negative, "", "internal damping over critical at damping_frequency", default=0.0
+        not_negative,
+        "",
+        "internal damping ratio at damping_frequency",
+        default=0.0,
     )
     damping_frequency: float = key(
-        positive, "Hz", "frequency at which damping_ratio holds", default=1.0
+        positive, "Hz", "frequency at which damping_ratio applies", default=1.0
     )
     elements: int = key(whole(1, 64), "", "elements of each link", default=8)
     form: str = key(
@@ -294,14 +303,14 @@ class FlexStudy:
     stabilisation: float = key(
         not_negative, "1/s", "alpha = beta of (14) for index-1", default=20.0
     )
-    tolerance: float = key(positive, "m", "largest local error of a step", default=1e-7)
+    tolerance: float = key(positive, "m", "maximum local error of a step", default=1e-7)
     step: float | None = optional_key(
         positive,
         "s",
-        "fixed step instead; needed where a torque jumps: it damps modes too fast for it",
+        "fixed step instead, required if a torque jumps: it damps modes that it cannot resolve",
     )
-    samples: int = key(whole(11, 100_000), "", "even instants that are put out", default=1001)
-    frequencies: int = key(whole(0, 20), "", "natural frequencies that are given", default=4)
+    samples: int = key(whole(11, 100_000), "", "number of even output times", default=1001)
+    frequencies: int = key(whole(0, 20), "", "number of natural frequencies to list", default=4)
     pace: float = key(
         FACTOR,
         "",
@@ -310,9 +319,12 @@ class FlexStudy:
         default=1.0,
     )
     mesh_check: bool = key(
-        boolean, "", "also with half the elements, to see what the mesh costs", default=False
+        boolean,
+        "",
+        "also with half the elements, to estimate the error of the mesh",
+        default=False,
     )
-    sweep: SweepCase = key(section(SweepCase), "", "multiples of the case", factory=SweepCase)
+    sweep: SweepCase = key(section(SweepCase), "", "variants of the case", factory=SweepCase)
 
     def __post_init__(self) -> None:
         check(self)
@@ -331,9 +343,9 @@ class FlexStudy:
             if joint.lock_time is not None and joint.lock_time > self.duration:
                 raise StudyError(
                     f"joint[{i}].lock_time is {joint.lock_time:g} s, after the motion's "
-                    f"{self.duration:g} s; give less, or more duration"
+                    f"{self.duration:g} s; reduce it, or increase the duration"
                 )
-        assert self.links  # made once here, so that a link that cannot be is said early
+        assert self.links  # made once here, so that an impossible link raises its error early
 
     @cached_property
     def links(self) -> tuple[Link, ...]:
@@ -367,8 +379,8 @@ class FlexStudy:
         if link.material not in self.material:
             known = ", ".join(self.material) or "none"
             raise StudyError(
-                f"{name}.material is {quoted(link.material)}, but known are {known}; give a table "
-                f"[material.{link.material}]"
+                f"{name}.material is {quoted(link.material)}, but the known materials are "
+                f"{known}; add a table [material.{link.material}]"
             )
         material = self.material[link.material]
         return material.modulus, material.density

@@ -141,11 +141,11 @@ def _by_table(study: FlexStudy, case: JointCase, name: str) -> JointLaw:
     least, (times, values) = LEAST_ROWS[case.kind], (np.array(case.times), np.array(case.values))
     if times.size != values.size or times.size < least:
         raise StudyError(
-            f"{name} has {times.size} times and {values.size} values; give as many of both, "
-            f"{least} or more"
+            f"{name} has {times.size} times and {values.size} values; give equally many, at "
+            f"least {least}"
         )
     if times[0] != 0.0 or (np.diff(times) <= 0).any():
-        raise StudyError(f"{name}: its times do not increase from 0; sort and shift them")
+        raise StudyError(f"{name}: its times do not start at 0 and increase; sort and shift them")
     needed = min(case.lock_time or study.duration, study.duration)
     if times[-1] < needed:
         raise StudyError(
@@ -193,7 +193,7 @@ def _from_csv(case: JointCase, path: Path, name: str) -> JointCase:
     try:
         lines = path.read_text("utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "no text"
+        reason = getattr(error, "strerror", None) or "not a text"
         raise StudyError(f"{name}: the file {path} cannot be read ({reason})") from error
 
     rows = list(csv.reader(line for line in lines if line.strip() and not line.startswith("#")))
@@ -210,7 +210,7 @@ def _from_csv(case: JointCase, path: Path, name: str) -> JointCase:
             [[float(row[head.index(c)]) for c in ("time", column)] for row in rows[1:]]
         )
     except (ValueError, IndexError) as error:
-        raise StudyError(f"{name}: {path} has a row that is no numbers ({error})") from error
+        raise StudyError(f"{name}: {path} has a row that is not numeric ({error})") from error
     if not np.isfinite(table).all():
         raise StudyError(f"{name}: {path} has a value that is not finite; remove its row")
     table = table.reshape(-1, 2)

@@ -114,7 +114,7 @@ def read_law(name: str, text: Any, duration: float) -> TimeLaw:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         raise StudyError(
-            f"{name} is {quoted(text)}, which is no expression in t ({error})"
+            f"{name} is {quoted(text)}, which is not an expression in t ({error})"
         ) from error
     t = ca.SX.sym("t")
     names = {"t": t, "T": ca.SX(duration), "pi": ca.SX(math.pi)}
@@ -133,7 +133,7 @@ class _Translator:
     def read(self, node: ast.AST, depth: int) -> Any:
         """The expression of one node."""
         if depth > DEEPEST:
-            raise StudyError(f"{self.name} is nested deeper than {DEEPEST} times; simplify it")
+            raise StudyError(f"{self.name} has more than {DEEPEST} nested levels; simplify it")
         if isinstance(node, ast.Constant):
             return self._number(node)
         if isinstance(node, ast.Name):
@@ -147,14 +147,14 @@ class _Translator:
             return OPERATORS[type(node.op)](self.read(node.operand, depth + 1))
         what = _SHOWN.get(type(node), f"'{ast.unparse(node)}'")
         raise StudyError(
-            f"{self.name} uses {what}, which no law may; use + - * / **, numbers, "
+            f"{self.name} uses {what}, which is not allowed in a law; use + - * / **, numbers, "
             f"{', '.join(NAMES)} and {', '.join(FUNCTIONS)}"
         )
 
     def _number(self, node: ast.Constant) -> Any:
         if isinstance(node.value, bool) or not isinstance(node.value, int | float):
             raise StudyError(
-                f"{self.name} has {quoted(node.value)}, which is no number; take it out"
+                f"{self.name} has {quoted(node.value)}, which is not a number; remove it"
             )
         # floats: a whole number to the power of another one could fill the memory
         try:
@@ -168,16 +168,16 @@ class _Translator:
         if node.id in self.names:
             return self.names[node.id]
         near = nearest(node.id, (*NAMES, *FUNCTIONS))
-        hint = f"did you mean {near}?" if near else f"known are {', '.join(NAMES)}"
+        hint = f"did you mean {near}?" if near else f"the known names are {', '.join(NAMES)}"
         raise StudyError(f"{self.name} has the unknown name '{node.id}'; {hint}")
 
     def _call(self, node: ast.Call, depth: int) -> Any:
         called = node.func.id if isinstance(node.func, ast.Name) else ""
         if called not in FUNCTIONS:
-            hint = closest(called, FUNCTIONS, "known are")
+            hint = closest(called, FUNCTIONS, "the known functions are")
             shown = called or ast.unparse(node.func)
-            raise StudyError(f"{self.name} calls '{shown}', which no law may; {hint}")
+            raise StudyError(f"{self.name} calls '{shown}', which is not allowed in a law; {hint}")
         count, function = FUNCTIONS[called]
         if len(node.args) != count or node.keywords:
-            raise StudyError(f"{self.name}: {called} takes {count} argument(s) and no names")
+            raise StudyError(f"{self.name}: {called} takes {count} argument(s), without names")
         return function(*(self.read(argument, depth + 1) for argument in node.args))

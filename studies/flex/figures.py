@@ -149,7 +149,7 @@ def _least_range(panel: Axes, least: float = 1e-9) -> None:
 
 def energy_figure(result: Result) -> Figure:
     """The energies, and what of their sum appears or vanishes."""
-    figure, panels = _row(2, "Energies, and the defect of their balance")
+    figure, panels = _row(2, "Energies, and the error of their balance")
     t = result.arrays["time"].values
     work = np.sum([result.arrays[f"work_{k}"].values for k in range(links_of(result))], axis=0)
     parts = {
@@ -165,7 +165,7 @@ def energy_figure(result: Result) -> Figure:
     for place, (name, values) in enumerate(shown.items()):
         panels[0].plot(t, values, STYLES[place], color=COLOURS[place], lw=1.2, label=name)
     panels[1].plot(t, result.arrays["defect"].values, color=COLOURS[0], lw=1.0)
-    for panel, label in zip(panels, ("energy [J]", "energy that appears [J]"), strict=True):
+    for panel, label in zip(panels, ("energy [J]", "error of the energy balance [J]"), strict=True):
         label_axes(panel, "time [s]", label)
     _events(result, panels[1:])
     panels[0].legend(frameon=False, fontsize=8, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
@@ -178,7 +178,7 @@ def form_figure(result: Result) -> Figure:
     for panel, name, label in zip(
         panels,
         ("apart", "gap_index_1"),
-        ("distance of the tip between both [m]", "gap of the constraints, index-1 [m]"),
+        ("distance between both tips [m]", "constraint violation, index-1 [m]"),
         strict=True,
     ):
         t, values = _curve(result, name)

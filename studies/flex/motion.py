@@ -93,13 +93,13 @@ class ChainMotion:
 
     @property
     def balance(self) -> Array:
-        """Energy that must not change, (m,) [J]."""
+        """Energy that should be constant, (m,) [J]."""
         energy = self.kinetic + self.strain + self.gravity
         return np.asarray(energy - self.work.sum(axis=0) + self.dissipated + self.lost)
 
     @property
     def scale(self) -> float:
-        """What its defects are compared with: the largest energy that was in motion [J]."""
+        """The scale of its energy errors: the largest energy of the motion [J]."""
         ranges = [float(self.kinetic.max()), float(np.ptp(self.gravity))]
         return max(*ranges, float(self.strain.max()), 1e-300)
 
@@ -110,7 +110,7 @@ class ChainMotion:
 
 @dataclass
 class _Pieces:
-    """Pieces of a motion, and what they carry over to the next."""
+    """Pieces of a motion, and the values at the end of the last piece."""
 
     parts: list[dict[str, Array]] = field(default_factory=list)
     angles: Array = field(default_factory=lambda: np.zeros(0))  # at the end of the last piece
@@ -154,7 +154,7 @@ class _Pieces:
         self.steps += run.statistics.steps
 
     def joined(self) -> dict[str, Array]:
-        """All pieces, one behind the other."""
+        """All pieces in order."""
         return {
             name: np.concatenate([part[name] for part in self.parts], axis=-1)
             for name in self.parts[0]
@@ -172,7 +172,7 @@ def move(flex: FlexChain, form: Form, console: Console) -> ChainMotion:
     try:
         return _Mover(flex, form, console).run()
     except ModelError as error:
-        raise StudyError(f"the motion was not found: {error}", ExitCode.NOT_SOLVED) from error
+        raise StudyError(f"the simulation failed: {error}", ExitCode.NOT_SOLVED) from error
 
 
 class _Mover:
@@ -278,7 +278,7 @@ class _Mover:
         return caught, self._kept(state, caught), [joint]
 
     def _kept(self, state: NodalState, t: float) -> NodalState:
-        """A state with the constraints closed to rounding, whatever the form has left of them."""
+        """A state with the constraints met to rounding, which the form may violate slightly."""
         form = MinimalCoordinates(self.flex.chain, self.joints)
         z, v = form.coordinates(t, state.q, state.v)
         q, rate = form.nodes(np.full(1, t), z[:, None], v[:, None])

@@ -155,14 +155,14 @@ def result_of(
     swept: Sequence[Moved],
     coarse: ChainMotion | None = None,
 ) -> Result:
-    """The result that motions make."""
+    """The result of the motions."""
     first = moved[0]
     columns = [*moved, *swept]
     frequencies, remarks = _frequencies(study, first)
     checks = _checks(study, moved, swept, coarse)
 
     drift = first.motion.drift / first.motion.scale
-    said = f"simulated, nothing is optimised; the energy drifts by {drift:.1e} of what moves"
+    said = f"simulated, not optimised; the energy drifts by {drift:.1e} of its largest value"
     if len(moved) > 1:
         said += f", both forms agree to {_apart(moved):.1e} m"
 
@@ -231,17 +231,17 @@ def _checks(
         found.append(
             Criterion(f"{case.name}: drift of the energy", "J", drift, limit, drift <= limit)
         )
-        found.append(Criterion(f"{case.name}: gap of constraints", "m", gap, GAP, gap <= GAP))
+        found.append(Criterion(f"{case.name}: constraint violation", "m", gap, GAP, gap <= GAP))
         caught = {event.joint for event in motion.events}
         for place, joint in enumerate(study.joint):
             if joint.latch_deg is not None and joint.lock_time is None:
                 found.append(_latch_check(case, place, joint.latch_deg, place in caught))
     if len(moved) > 1:
         apart, limit = _apart(moved), APART * length
-        found.append(Criterion("distance of both forms", "m", apart, limit, apart <= limit))
+        found.append(Criterion("distance between both forms", "m", apart, limit, apart <= limit))
     if coarse is not None:
         apart, limit = _apart([moved[0].motion, coarse]), MESH * length
-        name = f"change of the ends by {study.elements // 2} elements instead"
+        name = f"change of the ends of the links with {study.elements // 2} elements"
         found.append(Criterion(name, "m", apart, limit, apart <= limit))
     return found
 
@@ -249,12 +249,11 @@ def _checks(
 def _latch_check(case: Moved, place: int, latch_deg: float, caught: bool) -> Criterion:
     angles = np.degrees(case.motion.angles[place])
     nearest = float(np.abs(angles - latch_deg).min())
-    word = "catches" if caught else "FAILED: no latch catches"
-    sentence = f"{word} joint {place} at {latch_deg:g} deg"
+    where = f"joint {place} at {latch_deg:g} deg"
     if caught:
-        sentence = f"passed: the latch {sentence}"
+        sentence = f"passed: the latch catches {where}"
     else:
-        sentence += f", it comes no nearer than {nearest:.3g} deg"
+        sentence = f"FAILED: no latch catches {where}, the closest approach is {nearest:.3g} deg"
     return Criterion(f"{case.name}: latch of joint {place}", "deg", nearest, 0.0, caught, sentence)
 
 
@@ -291,25 +290,25 @@ def _quantities(case: Moved) -> Iterator[tuple[str, str, str, float]]:
     for k in links:
         bent = bending(motion.chain, motion.q, k)
         swing = vibration(motion.times[free], bent[free])
-        yield f"bending_{k}", f"greatest bending of link {k}", "m", np.abs(bent).max()
+        yield f"bending_{k}", f"maximum bending of link {k}", "m", np.abs(bent).max()
         yield f"vibration_{k}", f"vibration of link {k}, until a lock", "m", swing
     for k in links:
         final, torque = math.degrees(motion.angles[k, -1]), np.abs(motion.torques[k]).max()
         yield f"angle_{k}", f"angle of joint {k} at the end", "deg", final
-        yield f"torque_{k}", f"greatest torque of joint {k}", "N m", torque
+        yield f"torque_{k}", f"maximum torque of joint {k}", "N m", torque
 
     x, y = motion.end(len(links) - 1)[:, -1]
     yield "tip_x", "x of the tip at the end", "m", x
     yield "tip_y", "y of the tip at the end", "m", y
 
     left = motion.kinetic[-1] + motion.strain[-1]
-    yield "kinetic", "greatest kinetic energy", "J", motion.kinetic.max()
+    yield "kinetic", "maximum kinetic energy", "J", motion.kinetic.max()
     yield "left", "kinetic and strain energy at the end", "J", left
     yield "lost", "energy lost by locks", "J", motion.lost[-1]
 
     yield "frequency", "first natural frequency at the end", "Hz", _first_frequency(case)
     yield "drift", "drift of the energy", "J", motion.drift
-    yield "gap", "largest gap of constraints", "m", motion.violation.max()
+    yield "gap", "largest constraint violation", "m", motion.violation.max()
 
 
 def _first_frequency(case: Moved) -> float:
@@ -347,15 +346,15 @@ def _series(first: Moved, moved: Sequence[Moved]) -> dict[str, Series]:
     ):
         series[name] = along("J", getattr(motion, name), meaning)
     defect = motion.balance - motion.balance[0]
-    series["defect"] = along("J", defect, "energy that appears or vanishes")
-    series["violation"] = along("m", motion.violation, "largest gap of the constraints")
+    series["defect"] = along("J", defect, "error of the energy balance")
+    series["violation"] = along("m", motion.violation, "largest constraint violation")
     if len(moved) > 1:
         series |= _difference(moved)
     return series
 
 
 def _difference(moved: Sequence[Moved]) -> dict[str, Series]:
-    """Distance of the tip between both forms, where both have an output."""
+    """Distance of the tip between both forms, at the times that both have."""
     one, other = (case.motion for case in moved[:2])
     grid = np.intersect1d(one.times, other.times)
     tip = len(one.chain.links) - 1
@@ -363,9 +362,9 @@ def _difference(moved: Sequence[Moved]) -> dict[str, Series]:
     apart = np.hypot(*(paths[0] - paths[1]))
     gap = other.violation[np.searchsorted(other.times, grid)]
     return {
-        "compared": Series("s", "compared", grid, "instants of both forms"),
-        "apart": Series("m", "compared", apart, "distance of the tip between both forms"),
-        "gap_index_1": Series("m", "compared", gap, "gap of the constraints in the index-1 form"),
+        "compared": Series("s", "compared", grid, "times of both forms"),
+        "apart": Series("m", "compared", apart, "distance between the tips of both forms"),
+        "gap_index_1": Series("m", "compared", gap, "constraint violation in the index-1 form"),
     }
 
 
@@ -374,7 +373,7 @@ def _points(motion: ChainMotion) -> int:
 
 
 def _poses(motion: ChainMotion) -> dict[str, Series]:
-    """Positions of all nodes at even times, one pose behind the other."""
+    """Positions of all nodes at even times, one pose after the other."""
     wanted = np.linspace(0.0, motion.times[-1], FRAMES)
     places = np.clip(np.searchsorted(motion.times, wanted), 0, motion.times.size - 1)
     x, y = motion.q[0::4, places], motion.q[1::4, places]

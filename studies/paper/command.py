@@ -8,8 +8,8 @@ STUDY = Study(
     name="paper",
     summary="every number and figure of the paper compared with ours",
     description="Recomputes every number, table, formula and figure of the paper's text with our "
-    "models: printed value, ours, the difference, and a verdict in each row. Exit code 5 if what a "
-    "verdict rests on was not found.",
+    "models: printed value, ours, the difference, and a verdict in each row. Exit code 5 if the "
+    "basis of a verdict was not found.",
     keys={"": "studies.paper.config:PaperStudy"},
     run="studies.paper.study:run",
     resumes=True,
@@ -17,8 +17,8 @@ STUDY = Study(
     outcome="studies.paper.listing:outcome_text",
     figures="studies.paper.figures:draw",
     mechanism=Mechanism(
-        title="The paper beside our models",
-        model=("All models of the project, each where the paper prints a number of it.",),
+        title="The paper compared with our models",
+        model=("All models of the project for which the paper prints a number.",),
         page="studies.common.scene.links",
     ),
 )

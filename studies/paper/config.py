@@ -22,7 +22,7 @@ class PaperStudy:
     duration: float = key(
         positive,
         "s",
-        "of the deployment of the truss, which is not printed",
+        "of the deployment of the truss, which the paper does not print",
         default=PAPER_DURATION,
     )
     elements: int = key(whole(2, 32), "", "of each link of the arm", default=4)

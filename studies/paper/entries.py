@@ -29,31 +29,31 @@ WRITTEN = "formula"  # in place of a printed number
 
 
 class PaperVerdict(StrEnum):
-    """What a row of the comparison says of the paper."""
+    """The verdict of a row of the comparison."""
 
     EQUAL = "equal to the printed digits"
     TAKEN = "taken from the paper"
-    SHAPE = "shape holds"
-    MISPRINT = "misprint shown"
-    NOT_SHARED = "not shared"
-    ASSUMPTION = "assumption of ours"
+    SHAPE = "same shape"
+    MISPRINT = "misprint"
+    NOT_SHARED = "not reproduced"
+    ASSUMPTION = "our assumption"
     NOT_READABLE = "not readable"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One number, formula or curve of the paper beside ours.
+    """One number, formula or curve of the paper, compared with ours.
 
     Attributes
     ----------
     place : equation, table, figure or section of the paper.
     quantity, unit : what.
     printed : the number as it is printed, or that follows from what is; empty where there is
-        none, "formula" where a formula is held against ours.
-    ours : what the models give; of a formula the largest relative difference.
-    verdict : what the row says.
-    reason : what the verdict rests on.
-    holds : whether that was found.
+        none, "formula" if a formula is compared with ours.
+    ours : value of the models; for a formula the largest relative difference.
+    verdict : of the row.
+    reason : basis of the verdict.
+    holds : whether this basis was found.
     """
 
     place: str

@@ -52,7 +52,7 @@ def outcome_text(result: Result) -> str:
     entries = entries_from(result)
     notes = (
         "printed: as in the paper, or what follows from it; '-' where the paper prints no number.",
-        "formula: written out as printed and held against the models; the difference is relative.",
+        "formula: written as printed and compared with the models; the difference is relative.",
     )
     width = max(len(entry.place) for entry in entries)
     rows = [(f"{place:<{width}}  {what}", *rest) for place, what, *rest in map(cells, entries)]
@@ -66,7 +66,7 @@ def outcome_text(result: Result) -> str:
         "\n".join([title, *(f"  {e.place} {e.quantity}: {e.reason}" for e in of(entries, verdict))])
         for title, verdict in (
             ("misprints and slips:", PaperVerdict.MISPRINT),
-            ("not shared by our models:", PaperVerdict.NOT_SHARED),
+            ("not reproduced by our models:", PaperVerdict.NOT_SHARED),
         )
     ]
     return "\n\n".join([str(table), *reasons, "\n".join(lines)])

@@ -5,7 +5,7 @@ from studies.common.study import Command
 COMMAND = Command(
     "a results folder as a page, figures and a film",
     "studies.report.command",
-    "Prints what a result says, and writes it as one page that opens offline: answer, "
+    "Prints the answer of a result, and writes one page that opens offline: answer, "
     "verdict, costs, curves, the antenna in motion, tables, exact input. With two "
-    "folders the page compares them. Nothing is solved, but by --gallery.",
+    "folders the page compares them. Nothing is solved, except with --gallery.",
 )

@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "results", nargs="*", type=Path, metavar="RESULTS", help="a results folder, or two of them"
     )
     parser.add_argument(
-        "--to", type=Path, metavar="DIR", help="where files go; the results folder by default"
+        "--to", type=Path, metavar="DIR", help="folder for the files [the results folder]"
     )
 
     parser.add_argument("--no-page", action="store_true", help="print only")
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("--overwrite", action="store_true", help="replace files that are there")
     parser.add_argument(
-        "--partial", action="store_true", help="report what there is of an incomplete result"
+        "--partial", action="store_true", help="report the existing parts of an incomplete result"
     )
     parser.add_argument(
         "--gallery",
@@ -191,7 +191,7 @@ def _film(result: Result, path: Path, overwrite: bool, console: Console) -> None
 
     picture = shown(result).picture
     if picture is None:
-        raise StudyError("the result holds nothing that moves; run its study again for a film")
+        raise StudyError("the result contains no motion; run its study again for a film")
     if path.exists() and not overwrite:
         raise taken(path)
     try:

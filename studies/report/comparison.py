@@ -1,4 +1,4 @@
-"""Two results beside each other on one page."""
+"""Two results compared on one page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def beside(results: Sequence[Result], names: Sequence[str]) -> str:
     what = Shown(laws, charts, None)
     return document(
         "beside.html",
-        f"{names[0]} beside {names[1]}",
+        f"{names[0]} compared with {names[1]}",
         payload(what),
         results=list(zip(names, results, strict=True)),
         shown=what,
@@ -50,7 +50,7 @@ def _quantities(results: Sequence[Result], names: Sequence[str]) -> PageTable:
         pair = [side[key][2] if key in side else None for side in (first, second)]
         rows.append((title, unit, *(number(value, 6) for value in pair), _change(*pair)))
     return PageTable(
-        "The law of each result", ("quantity", "unit", *names, "B against A"), rows, "beside"
+        "The law of each result", ("quantity", "unit", *names, "B relative to A"), rows, "beside"
     )
 
 
@@ -93,7 +93,7 @@ def _shared(curve: Curve, name: str) -> Curve:
 
 
 def _settings(results: Sequence[Result], names: Sequence[str]) -> PageTable:
-    """What the two were asked differently."""
+    """The settings that differ."""
     both = [flat(result.configuration) for result in results]
     keys = dict.fromkeys(key for one in both for key in one)
     rows = [(key, *(str(one.get(key, "–")) for one in both)) for key in keys]

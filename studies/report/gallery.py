@@ -53,7 +53,7 @@ _RUBBING = {"pulley_friction": 0.01}
 ENTRIES = (
     GalleryEntry(
         "main",
-        "The main study: least acceleration in 140 s",
+        "The main study: minimum acceleration in 140 s",
         "truss",
         {
             "minimise": "peak-acceleration",
@@ -65,7 +65,7 @@ ENTRIES = (
     ),
     GalleryEntry(
         "force",
-        "Least rope force in 5 s",
+        "Minimum rope force in 5 s",
         "truss",
         {
             "minimise": "peak-force",
@@ -87,7 +87,7 @@ ENTRIES = (
             "solver": _COARSE,
         },
     ),
-    GalleryEntry("big-arm", "The big arm, left still in 8.6 s", "arm", {}),
+    GalleryEntry("big-arm", "The big arm at rest after 8.6 s", "arm", {}),
     GalleryEntry(
         "pendulum",
         "The paper's flexible pendulum falls",

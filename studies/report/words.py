@@ -1,4 +1,4 @@
-"""A result in sentences: the answer, what it buys, what its verdict rests on, where it ends."""
+"""A result in sentences: its answer, gains and costs, the basis of its verdict, its limits."""
 
 from __future__ import annotations
 
@@ -19,46 +19,44 @@ MANY_TIMES = 1e6
 SAME = 5e-4  # relative: closer is the same, to three digits of a percentage
 MEETS = 1e-6  # relative: closer to a bound is on it, to the digits that are printed
 KINDS = {
-    "global": ("Proven best", "good"),
-    "local": ("Best of what was tried", "unsure"),
-    "measured": ("Measured as it is", "good"),
+    "global": ("Proven optimum", "good"),
+    "local": ("Best of several starts", "unsure"),
+    "measured": ("Evaluated, not optimised", "good"),
     "unverified": ("Not verified", "bad"),
-    "infeasible": ("No such motion", "bad"),
+    "infeasible": ("No feasible motion", "bad"),
     "none": ("No answer", "bad"),
 }
 _ANSWERS = {
-    "global": "A motion was found, and none is better.",
-    "local": "A motion was found that does what was asked.",
-    "measured": "The motion was measured; the table below holds its numbers.",
+    "global": "A motion was found, and it is proven to be optimal.",
+    "local": "A motion was found that meets all requirements.",
+    "measured": "The motion was evaluated; the table below lists its numbers.",
     "unverified": "A motion was computed, but a check of it failed.",
-    "infeasible": "There is no such motion.",
+    "infeasible": "No motion meets all requirements.",
     "none": "There is no answer yet.",
 }
 _MEANS = {
-    "global": "No other motion under these caps is better: a bound that holds for all of them "
-    "is met.",
-    "local": "No better motion was found near this one. A quite different one might be "
-    "better: nothing proves the opposite.",
-    "measured": "Nothing was optimised. The numbers are those of the motion that was given.",
+    "global": "The motion reaches a proven bound, so no other motion under these caps is better.",
+    "local": "No better motion was found near this one. A very different motion may be better: "
+    "there is no proof of the contrary.",
+    "measured": "Nothing was optimised. The numbers describe the given motion.",
     "unverified": "A check failed. Do not use this motion before you know why.",
-    "infeasible": "There is no motion that keeps all that was asked.",
-    "none": "The study has left no motion.",
+    "infeasible": "It is proven that no motion meets all requirements.",
+    "none": "The study found no motion.",
 }
 
 
-# what a verdict means of many cases, whose columns are no laws beside each other
+# the same for many cases, whose columns are not laws to compare
 _MEANS_OF_CASES = {
-    "global": "In each case no other motion under its caps is better: a bound that holds for all "
-    "of them is met.",
-    "local": "Each case is the best of what was tried. At least in one of them nothing proves that "
-    "no other motion is better.",
-    "measured": "Nothing was optimised. The numbers are those of the motions that were given.",
-    "none": "No case has left a motion.",
+    "global": "Each case reaches a proven bound, so no other motion under its caps is better.",
+    "local": "Each case is the best of its starts. In at least one case there is no proof that no "
+    "other motion is better.",
+    "measured": "Nothing was optimised. The numbers describe the given motions.",
+    "none": "No case found a motion.",
 }
 
 
 def answers(result: Result) -> str:
-    """What the columns of a result's table are, as its study says."""
+    """The content of the columns of a result's table."""
     study = registry.study_of(result.kind)
     return "motion" if study is None else study.answers
 
@@ -71,7 +69,7 @@ def answer(result: Result) -> list[str]:
     sentences = [_least(result, row) for row in result.table if row.minimised]
     if sentences and result.also_found and answers(result) != "parts":
         first += _ends(result)
-        first.append(f"In between, these are the numbers of one motion, {result.laws[0]}.")
+        first.append(f"The numbers below belong to one motion between them, {result.laws[0]}.")
     if not sentences:
         sentences = [] if first else [_ANSWERS[result.verdict.kind]]
         sentences += [f"{gain}." for gain in gains(result)[:3]] or _first_values(result)
@@ -89,7 +87,7 @@ def _of_checks(result: Result) -> list[str]:
     failed = [_plain(check) for check in checks if not check.passed]
     open_still = [_plain(check) for check in checks if not check.decided]
     if failed:
-        begun = "No: it breaks" if answers(result) == "profile" else "Not as asked: it fails"
+        begun = "No: it violates" if answers(result) == "profile" else "The motion fails"
         more = f"; and {len(failed) - MOST_FAILED} more" if len(failed) > MOST_FAILED else ""
         named = "; ".join(failed[:MOST_FAILED])
         return [f"{begun} {len(failed)} of {len(checks)} checks: {named}{more}."]
@@ -106,14 +104,14 @@ def _plain(check: Criterion) -> str:
 
 
 def _ends(result: Result) -> list[str]:
-    """The ends of a front, by its objectives."""
+    """The ends of a Pareto front, by its objectives."""
     rows = [row for row in result.table if row.minimised]
     places = [
         ", ".join(f"{row.title} {number(row.values[end], 6)}{behind(row.unit)}" for row in rows)
         for end in result.also_found
         if all(math.isfinite(row.values.get(end, math.nan)) for row in rows)
     ]
-    return [f"The front has these ends: {'; '.join(places)}."] if places else []
+    return [f"The Pareto front has these ends: {'; '.join(places)}."] if places else []
 
 
 def _stated_limit(row: TableRow, result: Result) -> bool:
@@ -149,7 +147,7 @@ def _no_other_law(result: Result) -> str:
 
 
 def _of_cases(result: Result) -> list[str]:
-    """Between which values the answers lie: of what is minimised, drawn, or else comes first."""
+    """The range of the answers: of the objectives, the quantities shown, or the first ones."""
     names = result.configuration.get("show") or [row.key for row in result.table if row.minimised]
     rows = [row for row in result.table if row.key in names] or result.table
     sentences = [_ANSWERS["none"]] if not rows else []
@@ -160,13 +158,13 @@ def _of_cases(result: Result) -> list[str]:
                 f"The {row.title} is {number(least, 6)}{behind(row.unit)} in all cases."
             )
             continue
-        # those that differ by rounding alone are least together
+        # cases that differ only by rounding share the minimum
         reach = least + MEETS * abs(least)
         first, *others = np.flatnonzero(result.arrays[row.key].values <= reach).tolist()
-        more = f", and as low in {len(others)} more" if others else ""
+        more = f", with the same value in {len(others)} more" if others else ""
         sentences.append(
             f"The {row.title} lies between {number(least, 6)} and {number(most, 6)}"
-            f"{behind(row.unit)}. It is least at {_stated(result, first)}{more}."
+            f"{behind(row.unit)}. The minimum is at {_stated(result, first)}{more}."
         )
     return sentences
 
@@ -180,7 +178,7 @@ def _stated(result: Result, case: int) -> str:
         if value is not None:
             text = number(value, 6) if isinstance(value, float) else str(value)
             words.append(f"{key} = {text} {units.get(key, '')}".rstrip())
-    return ", ".join(words) or "the study as it is stated"
+    return ", ".join(words) or "the base study"
 
 
 def _first_values(result: Result) -> list[str]:
@@ -225,7 +223,7 @@ def _bounded(row: TableRow, result: Result) -> str:
     value, bound = row.values[result.laws[0]], row.bound or math.nan
     gap = value / bound - 1
     close = f"is above it by {100 * gap:.2g} %" if gap > MEETS else "meets it"
-    return f"No motion can be below {number(bound, 6)}{behind(row.unit)}; this one {close}."
+    return f"The proven lower bound is {number(bound, 6)}{behind(row.unit)}; this motion {close}."
 
 
 def gains(result: Result) -> list[str]:
@@ -240,7 +238,7 @@ def gains(result: Result) -> list[str]:
             if ratio < 2 and row.better == "less":
                 times = f"{100 * (1 - 1 / ratio):.0f} % less"
             values = f"{number(row.values[own], 4)} instead of {number(row.values[best], 4)}"
-            # beside almost nothing a ratio says nothing
+            # a ratio to almost zero has no meaning
             said = f"{times} than {best}, " if ratio < MANY_TIMES else ""
             of = "" if said else f" of {best}"
             found.append((ratio, f"{_begun(row.title)}: {said}{values}{behind(row.unit)}{of}"))
@@ -273,7 +271,7 @@ def _gain(row: TableRow, laws: Sequence[str]) -> tuple[float, str]:
 
 
 def costs(result: Result) -> list[str]:
-    """What the result is worse in, as it says itself."""
+    """The quantities in which the result is worse."""
     return [_begun(cost.sentence) for cost in result.costs_elsewhere]
 
 
@@ -289,7 +287,7 @@ def compared(result: Result) -> bool:
 
 
 def _passed(checks: Sequence[Criterion]) -> str:
-    """What to say of checks none of which failed."""
+    """The sentence on checks none of which failed."""
     open_still = [check.sentence for check in checks if not check.decided]
     if not open_still:
         return f"{_all(len(checks))} passed; see Verification."
@@ -297,7 +295,7 @@ def _passed(checks: Sequence[Criterion]) -> str:
 
 
 def rests_on(result: Result) -> list[str]:
-    """Why the verdict may be believed, and how far."""
+    """The reasons for the verdict, and its limits."""
     means = {**_MEANS, **_MEANS_OF_CASES} if answers(result) == "cases" else _MEANS
     sentences = [means[result.verdict.kind]]
     checks = result.checks
@@ -315,7 +313,7 @@ def rests_on(result: Result) -> list[str]:
     if isinstance(miss, float):
         sentences.append(
             f"An independent integrator replayed the motion and missed its end by {miss:.1g} of "
-            "the whole way."
+            "the displacement."
         )
     return sentences
 
@@ -329,15 +327,19 @@ def _starts(starts: object, basins: object) -> list[str]:
         return []
     count = f"{len(starts)} start{'s' if len(starts) > 1 else ''}"
     if isinstance(basins, list) and basins:
-        optima = f"{len(basins)} optimum" if len(basins) == 1 else f"{len(basins)} different optima"
+        optima = (
+            f"{len(basins)} local optimum"
+            if len(basins) == 1
+            else f"{len(basins)} different local optima"
+        )
         return [f"The search had {count} and found {optima}."]
     return [f"The search had {count}."]
 
 
 def limits(result: Result) -> list[str]:
-    """What the result does not say: assumptions, remarks, and what a page always leaves out."""
+    """Assumptions and remarks of the result, and the limits of its mechanism."""
     sentences = list(result.remarks)
     if result.interrupted:
-        sentences.append("The study was interrupted: a longer one might find better.")
+        sentences.append("The study was interrupted: a longer one may find a better motion.")
     mechanism = registry.mechanism_of(result.kind)
     return [*sentences, *(mechanism.limits if mechanism is not None else ())]

@@ -6,10 +6,10 @@ from studies.common.study import Study, Switch
 
 STUDY = Study(
     name="robust truss",
-    summary="one law of the ring truss that serves several scenarios",
-    description="Finds the law of the least rope force in the worst of several scenarios: "
+    summary="one motion law of the ring truss for several scenarios",
+    description="Finds the law with the minimum rope force in the worst of several scenarios: "
     "friction, springs, net, masses, a joint that sticks. Replays it and the nominal optimum on "
-    "thousands of trusses that are drawn, and says how often each breaks a limit.",
+    "thousands of random trusses, and reports how often each violates a limit.",
     keys={"robust": "studies.robust.config:Uncertainty", "": "studies.truss.config:TrussStudy"},
     without=("drive",),
     switches={

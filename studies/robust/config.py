@@ -56,18 +56,18 @@ NOMINAL, CORNER = "nominal", "corner"
 
 
 def _scenarios(name: str, value: Any) -> dict[str, dict[str, float]]:
-    """Trusses by name, each by what it has other than the study's."""
+    """Trusses by name, each by the values that differ from the study's truss."""
     found = {}
     for scenario, raw in table(name, value).items():
         where = f"{name}.{scenario}"
         if scenario == NOMINAL:
             raise StudyError(f"{where} is always there: the study's own truss; rename the scenario")
         if re.fullmatch(rf"{CORNER} \d+", scenario):
-            raise StudyError(f"{where} is a name of the study's own; rename the scenario")
+            raise StudyError(f"{where} is a reserved name; rename the scenario")
         check_keys(table(where, raw), VARIED, f"{where}.")
         found[scenario] = {word: not_negative(f"{where}.{word}", raw[word]) for word in raw}
         if "stuck_moment" in raw and "stuck_angle_deg" not in raw:
-            raise StudyError(f"{where}.stuck_moment acts nowhere; state stuck_angle_deg as well")
+            raise StudyError(f"{where}.stuck_moment has no angle; also give stuck_angle_deg")
     return found
 
 
@@ -93,17 +93,17 @@ def _scatter(name: str, value: Any) -> dict[str, dict[str, float]]:
 
 @dataclass(frozen=True, kw_only=True)
 class Uncertainty:
-    """Trusses that one law has to serve, and the scatter of those that it is tried on.
+    """Trusses for which one law has to work, and the scatter of the random trusses.
 
     Attributes
     ----------
-    scenarios : by name, what each has other than the study's truss, which is always one of them.
-    scatter : by parameter, its distribution among the trusses that are drawn.
-    corners : whether the law also serves every truss in the ranges of the scatter.
+    scenarios : by name, the values that differ from the study's truss, which is always included.
+    scatter : by parameter, its distribution among the random trusses.
+    corners : whether the law also has to work for every truss in the ranges of the scatter.
     deviations : half the range of a normal distribution.
-    draws : trusses that are drawn; 0 for none.
-    seed : of the draws.
-    confidence : of the interval of a rate.
+    draws : number of random trusses; 0 for none.
+    seed : of the random trusses.
+    confidence : level of the confidence interval of a rate.
 
     Raises
     ------
@@ -114,42 +114,44 @@ class Uncertainty:
     scenarios: Any = key(
         _scenarios,
         "",
-        "tables of what a truss has other than the study's: " + ", ".join(VARIED),
+        "tables of values that differ from the study's truss: " + ", ".join(VARIED),
         factory=dict,
         flags=(),
     )
     scatter: Any = key(
         _scatter,
         "",
-        "by the same words, {low, high} (uniform) or {mean, deviation} (normal, cut at zero)",
+        "by the same names, {low, high} (uniform) or {mean, deviation} (normal, cut at zero)",
         factory=dict,
         flags=(),
     )
     corners: bool = key(
-        boolean, "", "whether every truss in the ranges of the scatter is served, too", default=True
+        boolean, "", "whether the law has to work for all trusses in the ranges", default=True
     )
     deviations: float = key(
         positive, "", "half the range of a normal distribution, in deviations", default=3.0
     )
-    draws: int = key(whole(0, 10_000_000), "", "trusses drawn from the scatter", default=10_000)
-    seed: int = key(whole(0), "", "of the draws", default=1)
-    confidence: float = key(rates.confidence, "", "of the interval of a rate", default=0.95)
+    draws: int = key(whole(0, 10_000_000), "", "random trusses of the scatter", default=10_000)
+    seed: int = key(whole(0), "", "of the random trusses", default=1)
+    confidence: float = key(
+        rates.confidence, "", "of the confidence interval of a rate", default=0.95
+    )
 
     def __post_init__(self) -> None:
         check(self, "robust.")
         if not (self.scenarios or self.ranges):
             raise StudyError(
-                "neither scenarios are stated, nor a scatter whose corners are served; give tables "
-                "such as [robust.scenarios.rough] with pulley_friction = 0.015"
+                "there are no scenarios, and no scatter with corners; give tables such as "
+                "[robust.scenarios.rough] with pulley_friction = 0.015"
             )
         if "stuck_moment" in self.scatter and "stuck_angle_deg" not in self.scatter:
             raise StudyError(
-                "robust.scatter.stuck_moment acts nowhere; state robust.scatter.stuck_angle_deg"
+                "robust.scatter.stuck_moment has no angle; also give robust.scatter.stuck_angle_deg"
             )
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Lowest and highest value of what differs among the trusses that are served."""
+        """Minimum and maximum of each parameter with a scatter, if the corners count."""
         if not self.corners:
             return {}
         return {word: self._range(shape) for word, shape in sorted(self.scatter.items())}
@@ -169,12 +171,12 @@ class RobustTrussStudy:
     ----------
     deployment : the study of the nominal truss.
     uncertainty : scenarios and scatter.
-    corners : further scenarios by name, trusses at corners of the ranges; found, not stated.
+    corners : further scenarios by name, trusses at corners of the ranges; found by the search.
 
     Raises
     ------
     StudyError
-        If the objective or a cap is none of a robust law.
+        If a robust law does not support the objective or a cap.
     """
 
     deployment: TrussStudy
@@ -204,12 +206,12 @@ class RobustTrussStudy:
 
     @property
     def scenarios(self) -> dict[str, Mapping[str, float]]:
-        """What each truss has other than the study's; the nominal one first, corners last."""
+        """Values of each truss that differ from the study's; nominal first, corners last."""
         return {NOMINAL: {}, **self.uncertainty.scenarios, **self.corners}
 
     @property
     def question(self) -> str:
-        """What is asked, in one line."""
+        """The question, in one line."""
         stated = len(self.scenarios) - len(self.corners)
         counted = f"{stated} scenario{'s' * (stated > 1)}"
         ranges = " and of all in the ranges" if self.uncertainty.ranges else ""

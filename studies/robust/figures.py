@@ -50,9 +50,9 @@ def _draw_bands(panel: Axes, result: Result) -> None:
         result.details["motor_force"], color="0.3", ls="--", lw=1, label="required motor force"
     )
     floor = study_from(result.configuration).deployment.caps.least_tension
-    panel.axhline(floor, color="0.3", ls=":", lw=1, label="least tension asked")
+    panel.axhline(floor, color="0.3", ls=":", lw=1, label="minimum tension required")
     label_axes(panel, "time [s]", "force of the motor on one rope [N]")
-    panel.set_title("rope force of the trusses that were drawn", fontsize=10)
+    panel.set_title("rope force of the random trusses", fontsize=10)
     _legend_below(panel)
 
 
@@ -64,7 +64,7 @@ def _draw_scenarios(panel: Axes, result: Result) -> None:
         bars = panel.barh(places + shift, peaks, 0.36, color=colour, label=law)
         panel.bar_label(bars, fmt="%.4g", padding=3, fontsize=8)
     own = list(result.details["scenario_bounds"].values())
-    panel.plot(own, places, "|", color="0.1", ms=26, label="bound of the scenario alone")
+    panel.plot(own, places, "|", color="0.1", ms=26, label="lower bound of this scenario")
     label_axes(panel, "peak rope force [N]", "")
     panel.set_yticks(places, list(scenarios))
     panel.margins(x=0.15, y=0.02)

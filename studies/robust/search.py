@@ -98,7 +98,7 @@ def check(study: RobustTrussStudy, console: Console | None = None) -> None:
 
 
 def named(study: RobustTrussStudy, scenario: str) -> str:
-    """A scenario in words: what a corner is, as nobody stated it."""
+    """A scenario in words; for a corner of the ranges, its values."""
     if scenario not in study.corners:
         return scenario
     values = ", ".join(f"{word} {value:.6g}" for word, value in study.corners[scenario].items())
@@ -184,10 +184,10 @@ def _for_scenarios(study: RobustTrussStudy, console: Console, kept: FinishedStep
     except Interrupted as stop:
         raise StudyError("interrupted before a law was found", ExitCode.INTERRUPTED) from stop
     except (OcpError, NoLawError) as error:
-        console.progress("no common law was found: looking for the least relaxation")
+        console.progress("no common law was found: searching for the smallest relaxation")
         prevents = who_gives_way(study, console) or "the relaxed problem was not solved either"
         raise StudyError(
-            f"no law was found that serves all scenarios: {prevents}; the solver says: {error}",
+            f"no law was found for all scenarios: {prevents}; the solver says: {error}",
             ExitCode.NOT_SOLVED,
         ) from error
     _check_force(study, found)
@@ -195,7 +195,7 @@ def _for_scenarios(study: RobustTrussStudy, console: Console, kept: FinishedStep
 
 
 def _check_force(study: RobustTrussStudy, found: RobustLaw) -> None:
-    """Refuse a law that needs more than the cap: with the least that was found."""
+    """Refuse a law that needs more than the cap, with the best force found."""
     cap = study.deployment.caps.force
     law = Deployment("robust", found.law, study.deployment.truss)
     peaks = replay(law, np.array([study.values_of(s) for s in study.scenarios.values()])).peak
@@ -208,15 +208,15 @@ def _check_force(study: RobustTrussStudy, found: RobustLaw) -> None:
         if peak >= peaks.max() * (1 - SAME)
     ]
     raise StudyError(
-        f"no law was found that needs at most {cap:.6g} N in all scenarios: the one of the least "
-        f"worst force that was found (local) needs {peaks.max():.6g} N in scenario "
-        f"{' and '.join(worst)}; raise caps.force to that, ease another cap or leave it out",
+        f"no law was found that needs at most {cap:.6g} N in all scenarios: the best law found "
+        f"(local) needs {peaks.max():.6g} N in scenario {' and '.join(worst)}; raise caps.force to "
+        "this value, or relax or remove another cap",
         ExitCode.NOT_SOLVED,
     )
 
 
 def who_gives_way(study: RobustTrussStudy, console: Console) -> str:
-    """The least relaxation of the scenarios' least tensions, in words; empty if none is found.
+    """The smallest relaxation of the scenarios' minimum tensions, in words; empty if none is found.
 
     The limits of the motion stay: they are the same for all scenarios. The force has none here.
     """
@@ -241,10 +241,10 @@ def who_gives_way(study: RobustTrussStudy, console: Console) -> str:
 
 
 def _given_way(title: str, scenario: str, item: Relaxed) -> str:
-    """A limit of a scenario that has to give way, in words."""
+    """A limit of a scenario that is relaxed, in words."""
     return (
-        f"by the least relaxation found (local, on one mesh) the {title} in scenario {scenario} "
-        f"would be at least {item.needed:.6g} N instead of {item.limit:.6g} N"
+        f"with the smallest relaxation found (local, on one mesh) the {title} in scenario "
+        f"{scenario} is at least {item.needed:.6g} N instead of {item.limit:.6g} N"
     )
 
 

@@ -106,7 +106,7 @@ def run(
 
 def _answer(study: RobustTrussStudy, console: Console, kept: FinishedSteps) -> Result:
     deployment = study.deployment
-    console.progress("the force that no law beats in each scenario")
+    console.progress("the lower bound of the force in each scenario")
     # now, as who stops the search does not wait for it
     least = kept.step("bounds", lambda: bounds(study, study.scenarios), say=console.progress)
     console.progress(f"{NOMINAL_LAW}: the best motion of the nominal truss, to compare with")
@@ -285,7 +285,7 @@ def _limit_checks(found: _Found) -> list[Criterion]:
 
 
 def _verdict(found: _Found, bound: float) -> Verdict:
-    """Local at best, unless the bound of one scenario is met."""
+    """Local, unless the bound of one scenario is met."""
     solution, worst = found.robust.solution, found.worst
     if not solution.verification.passed:
         return Verdict("unverified", "; ".join(solution.verification.reasons))
@@ -293,14 +293,14 @@ def _verdict(found: _Found, bound: float) -> Verdict:
     if gap <= BOUND_MET:
         return Verdict(
             "global",
-            f"global: {worst:.6g} N is within {100 * gap:.2g} % of {bound:.6g} N, which the worst "
-            "scenario needs with any law",
+            f"global: {worst:.6g} N is within {100 * gap:.2g} % of {bound:.6g} N, the lower bound "
+            "of the worst scenario",
         )
     solved = sum(trial.error is None for trial in found.robust.audit.trials)
     return Verdict(
         "local",
-        f"local: best of {solved} starts; no law needs less than {bound:.6g} N, which leaves room "
-        f"for {100 * gap:.2g} % less",
+        f"local: best of {solved} starts; proven lower bound {bound:.6g} N, {100 * gap:.3g} % "
+        "below it",
     )
 
 
@@ -336,21 +336,22 @@ def _remarks(found: _Found, bound: float) -> list[str]:
         f"optimum needs {found.worst_of(NOMINAL_LAW):.6g} N, {_hardest(found, NOMINAL_LAW)}.",
         f"On the nominal truss the robust law needs {of_robust.peak[place]:.6g} N, the nominal "
         f"optimum {of_nominal.peak[place]:.6g} N.",
-        f"No law needs less than {bound:.6g} N on every truss: the largest of their own bounds.",
+        f"The proven lower bound for all trusses together is {bound:.6g} N, the largest of their "
+        "individual bounds.",
         *_on_ranges(found),
     ]
     if isinstance(study.deployment.margin, MarginRequirements):
         needed = found.laws[1].values["peak-factored-force"]
         remarks.append(
-            f"A margin by factors asks for a motor of {needed:.6g} N for the nominal optimum."
+            f"A margin by factors requires a motor of {needed:.6g} N for the nominal optimum."
         )
     else:
-        remarks.append("No margin by factors is stated; --margin aiaa-s-114 adds one.")
+        remarks.append("No margin by factors is set; --margin aiaa-s-114 adds one.")
     return [*remarks, *_on_rates(found)]
 
 
 def _hardest(found: _Found, law: str) -> str:
-    """Where a law needs its largest force."""
+    """The truss on which a law needs its largest force."""
     names = list(found.study.scenarios)
     hardest = found.scenarios[law].peak
     if law in found.ranges and found.ranges[law][0].value > hardest.max() * (1 + CAPS):
@@ -359,20 +360,21 @@ def _hardest(found: _Found, law: str) -> str:
 
 
 def _on_ranges(found: _Found) -> list[str]:
-    """Which trusses are served, and what the corners are."""
+    """The trusses for which the law works, and the corners."""
     study = found.study
     if ROBUST not in found.ranges:
-        return ["The law is held to its scenarios alone: trusses that are drawn may break limits."]
+        return ["The law keeps the limits in its scenarios only: random trusses may violate them."]
     ranges = study.uncertainty.ranges
     listed = ", ".join(f"{word} {low:.6g} to {high:.6g}" for word, (low, high) in ranges.items())
     remarks = [
-        f"The robust law serves every truss with {listed}: at each instant the force is monotone "
-        "in each of these, so that its extremes are at corners of the ranges, and all were tried."
+        f"The robust law works for every truss with {listed}: at each instant the force is "
+        "monotone in each of these, so its extremes are at corners of the ranges. All corners were "
+        "checked."
     ]
     remarks += [f"A scenario was added: {named(study, corner)}." for corner in study.corners]
     remarks += [
-        f"On these trusses the {name} law needs {largest.value:.6g} N at most and leaves a tension "
-        f"of {least.value:.6g} N at least."
+        f"On these trusses the {name} law needs at most {largest.value:.6g} N and keeps a tension "
+        f"of at least {least.value:.6g} N."
         for name, (largest, least) in found.ranges.items()
     ]
     return remarks
@@ -384,15 +386,15 @@ def _on_rates(found: _Found) -> list[str]:
     if not rates:
         why = "the study was stopped before"
         if not study.uncertainty.draws:
-            why = "no draws are asked for"
+            why = "robust.draws is 0"
         elif not study.uncertainty.scatter:
-            why = "no scatter is stated"
-        return [f"No trusses were drawn: {why}."]
+            why = "no scatter is given"
+        return [f"There are no random trusses: {why}."]
     level, motors = 100 * study.uncertainty.confidence, _motors(found)
     remarks = [
-        f"Of {of_law['any'].draws} trusses drawn, {name}: a limit is broken in "
+        f"Of {of_law['any'].draws} random trusses, {name}: a limit is violated in "
         f"{of_law['any'].words}; more than {motors[name][1]:.6g} N are needed in "
-        f"{of_law['force'].words}; a tension is below what is asked in {of_law['tension'].words}."
+        f"{of_law['force'].words}; a tension is below its limit in {of_law['tension'].words}."
         for name, of_law in rates.items()
     ]
-    return [*remarks, f"In brackets: where the true rate lies, with a confidence of {level:g} %."]
+    return [*remarks, f"In brackets: the {level:g} % confidence interval of the rate."]

@@ -1,7 +1,7 @@
 """Sweeps: one study of the truss, the arm or a chain, solved for many values of its keys.
 
-`config` is what the user states, `subjects` what can be swept. `cases` plans the cases and keeps
-one file of each; `workers` solves them in processes of their own; `driver` hands them out.
+`config` has the keys of a sweep, `subjects` the studies that can be swept. `cases` plans the cases
+and stores one file of each; `workers` solves them in separate processes; `driver` distributes them.
 """
 
 from typing import TYPE_CHECKING
@@ -20,9 +20,9 @@ STUDY = Study(
     name="sweep",
     summary="one study for many values of its keys: grids, lists, samples",
     description="Solves a study of the truss, the arm, a chain or another package for many values "
-    "of any of its keys, each case in a process of its own, and keeps one file a case: killed at "
-    "any moment, the same command goes on. Writes a tidy table and draws curves, heat maps or a "
-    "tornado. Exit code 5 if a case ended without an answer.",
+    "of any of its keys. Each case runs in a separate process and is stored in one file, so the "
+    "same command resumes an interrupted sweep. Writes a tidy table and draws curves, heat maps or "
+    "a tornado. Exit code 5 if a case ended without an answer.",
     keys={"": "studies.sweep.config:SweepStudy"},
     run="studies.sweep.cases.plan:plan",
     figures="studies.sweep.figures:draw",

@@ -12,24 +12,26 @@ from studies.common.running import folder_path
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of the sub-command."""
-    parser.add_argument("study", type=Path, metavar="SWEEP.toml", help="what is swept")
+    parser.add_argument("study", type=Path, metavar="SWEEP.toml", help="the file of the sweep")
     parser.add_argument(
         "--plan",
         action="store_true",
-        help="say how many cases and how long, from a few of them; end",
+        help="only print the number of cases, and the estimated time from a few of them",
     )
     parser.add_argument(
         "--results",
         type=folder_path,
         metavar="DIR",
-        help="results folder, new or of this sweep, which then goes on "
+        help="results folder: a new one, or the one of this sweep to resume it "
         "[results/sweep-NAME of SWEEP.toml]",
     )
 
     # how it runs
     parser.add_argument("--workers", metavar="N", help="cases at a time [the number of processors]")
     parser.add_argument(
-        "--case-seconds", metavar="S", help="that a case may last; then it is a row without answer"
+        "--case-seconds",
+        metavar="S",
+        help="time limit of a case, after which its row has no answer",
     )
     parser.add_argument(
         "--coarse", action="store_true", help="coarse meshes, whatever the file says"
@@ -37,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--recompute",
         action="store_true",
-        help="compute again what another version of the program has left in the folder",
+        help="recompute the cases in the folder that another version of the program solved",
     )
     parser.add_argument(
         "--scheduler",
@@ -46,8 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
     # what is written
-    parser.add_argument("--parquet", action="store_true", help="write the table as Parquet, too")
-    parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
+    parser.add_argument("--parquet", action="store_true", help="also write the table as Parquet")
+    parser.add_argument("--no-figures", action="store_true", help="draw no figures")
 
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:

@@ -73,7 +73,7 @@ def _axes(name: str, value: Any) -> tuple[Axis, ...]:
     axes = tuple(_axes_in(name, table(name, value), ""))
     if not axes:
         raise StudyError(
-            f"{name} is empty, so that there is nothing to sweep; state a key and its values, as "
+            f"{name} is empty, so there is nothing to sweep; give a key and its values, as "
             '"truss.pulley_friction" = [0.0, 0.01]'
         )
     return axes
@@ -162,9 +162,9 @@ class SweepStudy:
     base : the study of that command, of which keys vary.
     parameters : the keys that vary.
     sampling, samples, seed : how their values are chosen.
-    coarse : whether coarse meshes will do.
+    coarse : whether to use coarse meshes.
     warm : whether a case of a grid also starts from its neighbour's motion.
-    show : quantities in the figures; the objectives where nothing is stated.
+    show : quantities in the figures; the objectives if none is given.
 
     Raises
     ------
@@ -172,12 +172,8 @@ class SweepStudy:
         Naming the key, its value and the remedy.
     """
 
-    subject: str = key(
-        _subject, "", "words of the command whose study is swept, as arm solve", default="truss"
-    )
-    base: Mapping[str, Any] = key(
-        table, "", "the study of which keys vary; or name its file by study"
-    )
+    subject: str = key(_subject, "", "command of the study, such as arm solve", default="truss")
+    base: Mapping[str, Any] = key(table, "", "the study whose keys vary; or give its file as study")
     parameters: Any = key(
         _axes,
         "",
@@ -194,8 +190,8 @@ class SweepStudy:
         "",
         "cases to draw; sobol-indices draws (keys + 2) times as many",
     )
-    seed: int = key(whole(0), "", "of what is drawn", default=0)
-    coarse: bool = key(boolean, "", "whether coarse meshes will do", default=False)
+    seed: int = key(whole(0), "", "of the random values", default=0)
+    coarse: bool = key(boolean, "", "whether to use coarse meshes", default=False)
     warm: bool = key(
         boolean,
         "",
@@ -216,7 +212,7 @@ class SweepStudy:
         if not drawn and self.samples is not None:
             raise StudyError(
                 f"samples is {self.samples}, but a sampling of the kind {self.sampling!r} follows "
-                f"from its values; leave samples out, or choose one of {', '.join(RANDOM)}"
+                f"from its values; remove samples, or choose one of {', '.join(RANDOM)}"
             )
         for axis in self.parameters:
             self._check_axis(axis, drawn)
@@ -224,11 +220,13 @@ class SweepStudy:
         counts = {axis.key: len(axis.values) for axis in self.parameters}
         if self.sampling == "list" and len(set(counts.values())) > 1:
             lengths = ", ".join(f"{name} has {count}" for name, count in counts.items())
-            raise StudyError(f"the lists of a sampling 'list' are of one length, but {lengths}")
+            raise StudyError(
+                f"the lists of the sampling 'list' must have one length, but {lengths}"
+            )
         if self.warm and (self.sampling != "grid" or not swept_study(self.subject)[1].warm):
             raise StudyError(
                 f"warm is true, but only a grid of the truss has neighbours to start from, not a "
-                f"sampling {self.sampling!r} of {self.subject!r}; leave warm out"
+                f"sampling {self.sampling!r} of {self.subject!r}; remove warm"
             )
 
     def _check_axis(self, axis: Axis, drawn: bool) -> None:
@@ -243,7 +241,7 @@ class SweepStudy:
             raise StudyError(f"{name} has no count; give one, or a list of values")
         repeated = _repeated(axis.values)
         if self.sampling != "list" and repeated:
-            raise StudyError(f"{name} states {quoted(repeated[0])} twice; state each value once")
+            raise StudyError(f"{name} contains {quoted(repeated[0])} twice; give each value once")
 
     @property
     def mode(self) -> str:
@@ -276,9 +274,7 @@ def study_from(raw: Mapping[str, Any], folder: Path = Path()) -> SweepStudy:
     known = [field.name for field in dataclasses.fields(SweepStudy)]
     check_keys(content, ["study", *known])
     if "study" in content and "base" in content:
-        raise StudyError(
-            "both study and [base] are given; name a file or write the study, not both"
-        )
+        raise StudyError("both study and [base] are given; give only one of them")
     study, _ = swept_study(content.get("subject", "truss"))
     if "study" in content:
         path = folder / str(content.pop("study"))
@@ -287,8 +283,7 @@ def study_from(raw: Mapping[str, Any], folder: Path = Path()) -> SweepStudy:
         content["base"] = with_files(study, content.get("base", {}), folder)
     if "parameters" not in content:
         raise StudyError(
-            "no key is stated to vary; give a table [parameters], as "
-            '"truss.pulley_friction" = [0.0, 0.01]'
+            'no key varies; give a table [parameters], as "truss.pulley_friction" = [0.0, 0.01]'
         )
     return from_mapping(SweepStudy, content)
 

@@ -98,13 +98,13 @@ class Driver:
 
         self._missing = len(cases) - len(self.done)
         if self.done:
-            self.console.progress(f"{len(self.done)} of {len(cases)} cases are there already")
+            self.console.progress(f"{len(self.done)} of {len(cases)} cases are already solved")
 
     def _queue(self, case: Case, cases: Mapping[str, Case]) -> None:
         """Put a case where it waits for its parent, or for its turn."""
         parent = case.parent
         if parent in self.done and not self.store.has_whole_motion(parent):
-            self._discard(cases[parent], "its motion is damaged, from which another case starts")
+            self._discard(cases[parent], "its motion, from which another case starts, is damaged")
             self.done.remove(parent)
             self._queue(cases[parent], cases)
         if parent is None or parent in self.done:
@@ -126,7 +126,7 @@ class Driver:
             return False
         hung, limit = record["status"] == "hung", record.get("seconds") or 0.0
         if hung and (self.seconds is None or self.seconds > limit):
-            self._discard(case, f"it had {limit:g} s, and has more now")
+            self._discard(case, f"its time limit was {limit:g} s and is higher now")
             return False
         self.failed += record["status"] != "solved"
         return True

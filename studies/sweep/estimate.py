@@ -30,7 +30,7 @@ def plan_text(plan: Plan, store: CaseStore, workers: int) -> str:
     ]
     if damaged:
         lines.append(f"computed again: {damaged} cases whose files are damaged")
-    lines += [f"left out: {count} cases of {name}" for name, count in store.others().items()]
+    lines += [f"not used: {count} cases of {name}" for name, count in store.others().items()]
     return "\n".join(lines)
 
 

@@ -264,7 +264,7 @@ def heat_map(result: Result, parameters: Sequence[Parameter], quantities: Sequen
         reach = np.abs(finite).max(initial=0.0) * SAME
         rows, columns = np.nonzero(cells <= finite.min(initial=np.inf) + reach)
         panel.plot(x[columns], y[rows], "*", ms=11, mfc="w", mec="k", mew=0.7)
-    panels[0].set_title("star: least value; grey: no solution", fontsize=8)
+    panels[0].set_title("star: minimum; grey: no solution", fontsize=8)
     return figure
 
 
@@ -352,11 +352,9 @@ def points(result: Result, parameters: Sequence[Parameter], quantities: Sequence
 
 
 def _say_no_middle(panel: Axes, label: str) -> None:
-    """What stands for the bars where the study as it is stated has no solution."""
+    """The text in place of the bars if the base study has no solution."""
     panel.set_axis_off()
-    words = (
-        f"{label}:\nthe study as it is stated has no solution,\nso nothing can be compared with it"
-    )
+    words = f"{label}:\nthe base study has no solution,\nso no case can be compared with it"
     panel.text(0.5, 0.5, words, ha="center", va="center", transform=panel.transAxes, fontsize=9)
 
 
@@ -366,7 +364,7 @@ def indices(result: Result) -> Figure:
     figure, panels = _panels(result, len(found), 3.8)
     for panel, (name, shares) in zip(panels, found.items(), strict=True):
         keys = list(shares["first"])
-        for shift, part, label in ((-0.19, "first", "alone"), (0.19, "total", "with others")):
+        for shift, part, label in ((-0.19, "first", "alone"), (0.19, "total", "with interactions")):
             panel.bar(
                 np.arange(len(keys)) + shift,
                 list(shares[part].values()),

@@ -90,7 +90,7 @@ class AskedSweep:
         """
         if trial := sample(self.planned, self.store):
             count = len(trial.cases)
-            self.console.progress(f"{count} cases are solved, to measure how long one takes")
+            self.console.progress(f"{count} cases are solved to estimate the time of all")
             with contextlib.closing(self._place()) as place:
                 _open(self.folder, self.planned.study)
                 self.store.open()
@@ -173,7 +173,8 @@ def _check_extras(options: argparse.Namespace) -> None:
     if options.parquet and find_spec("pyarrow") is None:
         raise StudyError(
             "--parquet needs pyarrow, which is not installed; install it with: "
-            "pip install 'antenna-ocp[parquet]', or leave --parquet out: the table is CSV, too"
+            "pip install 'antenna-ocp[parquet]', or remove --parquet: the table is also "
+            "written as CSV"
         )
 
 
@@ -199,7 +200,7 @@ def _open(folder: ResultsFolder, study: SweepStudy) -> None:
     if not ours:
         open_results(path, path.name)
 
-    head = "# Reproduces this result, or goes on with it: antenna-ocp sweep input.toml\n\n"
+    head = "# Reproduces or resumes this result: antenna-ocp sweep input.toml\n\n"
     configuration = as_dictionary(study)
     with folder.written(AGAIN):
         (path / FOLDER).mkdir(exist_ok=True)
@@ -219,8 +220,8 @@ def _others(store: CaseStore, recompute: bool) -> tuple[str, ...]:
     listed = "; ".join(f"{count} cases of {name}" for name, count in others.items())
     if others and not store.keys() and not recompute:
         raise StudyError(
-            f"the results folder {store.folder} holds {listed}, which are not mixed with those of "
-            "this version; compute them again with --recompute, or name another folder with "
-            "--results"
+            f"the results folder {store.folder} contains {listed}, which cannot be mixed "
+            "with cases of this version; compute them again with --recompute, or name another "
+            "folder with --results"
         )
-    return (f"Left out, as another version has made them: {listed}.",) if others else ()
+    return (f"Not used, because another version computed them: {listed}.",) if others else ()

@@ -121,7 +121,7 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
 
     return [
         taken(
-            "Fig. 15(a): time at which the big arm stands at its end [s]",
+            "Fig. 15(a): time at which the big arm reaches its end [s]",
             "86",
             stage.duration,
             "our torque is made for it",
@@ -132,11 +132,11 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
             {
                 "in its ideal position, 3 m with the turn that we assume": abs(end[1, -1] - 3.0)
                 < 1e-3,
-                f"which it misses by {miss:.1e} rad": miss < ARRIVED,
+                f"with an error of {miss:.1e} rad": miss < ARRIVED,
             },
         ),
         shape(
-            "Fig. 15(b): greatest speed of the big arm's end along x [m/s]",
+            "Fig. 15(b): maximum speed of the big arm's end along x [m/s]",
             float(np.abs(speed).max()),
             {"close to zero at the lock (V-A)": abs(speed[-1]) < 0.02 * np.abs(speed).max()},
         ),
@@ -145,7 +145,7 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
             swing,
             {
                 "there is always a slight vibration": swing > 0,
-                "it is minimal beside the motion": swing < QUIET * span,
+                "it is minimal compared with the motion": swing < QUIET * span,
             },
         ),
         shape(
@@ -199,18 +199,18 @@ def _small_arm_end(stage: Stage, locked: LockedRun) -> list[Entry]:
             float(tip[1, -1]),
             {
                 "in its position, 5 m with the turns that we assume": abs(tip[1, -1] - 5.0) < 1e-3,
-                f"which it misses by {miss:.1e} rad": miss < ARRIVED,
+                f"with an error of {miss:.1e} rad": miss < ARRIVED,
             },
         ),
         not_readable(
-            "Fig. 16(b): greatest speed of the small arm's end along x [m/s]",
+            "Fig. 16(b): maximum speed of the small arm's end along x [m/s]",
             float(np.abs(speed).max()),
-            "the text speaks of the vibration only",
+            "the text mentions only the vibration",
         ),
         not_readable(
-            "Fig. 16(c): greatest x of the small arm's end [m]",
+            "Fig. 16(c): maximum x of the small arm's end [m]",
             float(np.abs(tip[0]).max()),
-            "the text speaks of the vibration only",
+            "the text mentions only the vibration",
         ),
     ]
 
@@ -232,7 +232,7 @@ def _while_turning(locked: LockedRun, big: LockedRun) -> list[Entry]:
             "while the big arm turns",
             "",
             (ratio := shaken(run, 1) / shaken(big.before, 1)),
-            "said to be more pronounced; ours is weaker as long as the elbow turns, and stronger "
+            "described as more pronounced; ours is weaker as long as the elbow turns, and stronger "
             f"after its lock; the time steps damp modes above {ARM_STEPS['small'] / 5:g} Hz",
             shown=ratio < 0.5,
         ),
@@ -240,8 +240,8 @@ def _while_turning(locked: LockedRun, big: LockedRun) -> list[Entry]:
             "V-B, Fig. 16(b): first natural frequency while the small arm turns, folded [Hz]",
             "",
             first[0],
-            f"said to be much below the {FOLDED:g} Hz of the big arm's motion; ours is so in the "
-            f"middle of the turn only, {first[1]:.3f} Hz, and after the lock",
+            f"described as much below the {FOLDED:g} Hz of the big arm's motion; ours is so only "
+            f"in the middle of the turn, {first[1]:.3f} Hz, and after the lock",
             shown=first[1] < FOLDED / 2 and first[0] > FOLDED,
         ),
         shape(
@@ -328,7 +328,7 @@ def _energy_left(name: str, runs: list[tuple[Stage, LockedRun]]) -> Entry:
         f"V-B: energy that the lock of the {name} arm leaves in {paces[-1]:g} s over that "
         f"in {paces[0]:g} s",
         energies[-1] / energies[0],
-        {"a longer time leaves less": _falls(energies[::-1])},
+        {"less energy after a longer time": _falls(energies[::-1])},
     )
 
 
@@ -349,8 +349,8 @@ def _vibration_by_pace(runs: list[Simulation]) -> list[Entry]:
             f"V-B, VI: frequency of the vibration {paces}",
             "",
             tones[-1] / tones[0],
-            f"said to increase with the speed; ours stays at {tones[0]:.4f} Hz and "
-            f"{tones[-1]:.4f} Hz, since the turning is slow beside the vibration",
+            f"described as increasing with the speed; ours stays at {tones[0]:.4f} Hz and "
+            f"{tones[-1]:.4f} Hz, since the turn is slow compared with the vibration",
             shown=abs(tones[-1] / tones[0] - 1) < UNCHANGED,
         ),
     ]

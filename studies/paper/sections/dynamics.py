@@ -61,7 +61,7 @@ def parameter_entries() -> list[Entry]:
             "V-C: density of the bars [kg/m^3]",
             "1800",
             TUBE_DENSITY,
-            "called a linear density, but its unit is that of a density",
+            "called a linear density, but with the unit of a density",
         ),
         assumption(
             "V-C: section of the bars [mm^2]",
@@ -92,10 +92,10 @@ def _density(cases: Cases) -> Entry:
         for deployment in (cases.laws(heavy)[0], cases.dynamic[0])
     )
     return misprint(
-        "V-C: greatest kinetic energy over the motor's work, if 1800 is a linear density [%]",
+        "V-C: maximum kinetic energy over the motor's work, if 1800 is a linear density [%]",
         f"{share:.3g}",
         ours,
-        "said to be very small, as it is if 1800 kg/m^3 is the density of our tubes",
+        "described as very small, as it is if 1800 kg/m^3 is the density of our tubes",
         shown=share > 100 > 100 * SMALL > ours,
     )
 
@@ -134,7 +134,7 @@ def _without_friction(deployment: Deployment, plain: Mapping[str, float]) -> lis
             {"very small": plain[key] < SMALL},
         )
         for key, words in (
-            ("kinetic", "greatest kinetic energy"),
+            ("kinetic", "maximum kinetic energy"),
             ("joints", "dissipated in the joints"),
         )
     ]
@@ -170,7 +170,7 @@ def _with_friction(
             shown=plain["pulleys"] == 0.0 < lossy["pulleys"],
         ),
         shape(
-            "Fig. 18(a): greatest kinetic energy over the motor's work, mu = 0.01 [%]",
+            "Fig. 18(a): maximum kinetic energy over the motor's work, mu = 0.01 [%]",
             100 * lossy["kinetic"],
             {"kinetic energy very small": lossy["kinetic"] < SMALL},
         ),
@@ -178,7 +178,7 @@ def _with_friction(
             "Fig. 18(b): dissipated in the pulleys over the motor's work, mu = 0.01 [%]",
             100 * lossy["pulleys"],
             {
-                "what is left of the work": abs(rest - lossy["pulleys"] - lossy["joints"]) < 1e-6,
+                "the rest of the work": abs(rest - lossy["pulleys"] - lossy["joints"]) < 1e-6,
                 "the energies add up to the work": lossy["imbalance"] < BALANCE,
             },
         ),
@@ -191,12 +191,12 @@ def _concluded(plain: Mapping[str, float], lossy: Mapping[str, float]) -> list[E
 
     return [
         shape(
-            "VI: heat over what is left beside the potential energy, mu = 0.01 [%]",
+            "VI: heat over the work without the potential energy, mu = 0.01 [%]",
             100 * heat / rest,
             {"most of the rest becomes heat": heat > 0.99 * rest},
         ),
         assumption(
-            "VI: of the two things left to future work, how many the models have",
+            "VI: how many of the two topics for future work the models have",
             0,
             "flexible members and play in the joints: ours are rigid and have none, as the paper's",
             printed="2",
@@ -205,7 +205,7 @@ def _concluded(plain: Mapping[str, float], lossy: Mapping[str, float]) -> list[E
             "VI: potential energy gained over the motor's work, mu = 0.01 [%]",
             "",
             100 * lossy["potential"],
-            f"said to be the main share: so it is without pulley friction "
+            f"described as the main share: this holds without pulley friction "
             f"({100 * plain['potential']:.1f} %), but with the paper's 0.01 the pulleys take "
             f"{100 * lossy['pulleys']:.1f} %",
             shown=lossy["potential"] < lossy["pulleys"],
@@ -221,8 +221,8 @@ def _reaction(cases: Cases) -> Entry:
         "VI: peak reaction on the arm, Bezier over Step5",
         bezier / step5,
         {
-            "lower, as far as two laws are compared": bezier < step5,
-            f"not the least: {bezier:.2e} N, of which {least:.2e} N cannot be avoided": least
+            "lower, for the two laws compared": bezier < step5,
+            f"not the minimum: {bezier:.2e} N, of which {least:.2e} N cannot be avoided": least
             < bezier,
         },
     )
@@ -248,7 +248,7 @@ def _forces(cases: Cases) -> list[Entry]:
         shape(
             "V-C: motor force that the net alone needs when fully deployed [N]",
             net[1],
-            {f"carried by the truss, beside {net[0]:.1f} N at 85 deg": abs(net[1]) < 1e-9},
+            {f"carried by the truss, compared with {net[0]:.1f} N at 85 deg": abs(net[1]) < 1e-9},
         ),
     ]
 
@@ -287,7 +287,7 @@ def force_entries(deployment: Deployment) -> list[Entry]:
     return [
         shape(f"Fig. 19: motor force at the start, {mu} [N]", float(force[0]), rest),
         shape(
-            f"Fig. 19: greatest motor force, {mu} [N]",
+            f"Fig. 19: maximum motor force, {mu} [N]",
             peak.value,
             {
                 "rises monotonically to it": _rises(force[before]),
@@ -336,9 +336,9 @@ def _tensions(cases: Cases) -> list[Entry]:
             "Fig. 20: tension of the last segment over the motor's at the start, mu = 0.01",
             float(last_of_first[0]),
             {
-                "tensions fall along the rope at all times": falls,
-                "the segment farthest from the motor has the least": farthest,
-                "the fall differs with the angle": float(np.ptp(last_of_first)) > 0.1,
+                "the tension decreases along the rope at all times": falls,
+                "the segment farthest from the motor has the minimum": farthest,
+                "the decrease depends on the angle": float(np.ptp(last_of_first)) > 0.1,
             },
         ),
     ]

@@ -144,8 +144,8 @@ def _moment(e: Array) -> list[Entry]:
         not_readable(
             "(10): entries of the vector of generalised forces",
             e.size,
-            "seven in the text at hand, for eight coordinates: a zero was lost in print or when "
-            "the text was recognised",
+            "seven in our copy of the text, for eight coordinates: a zero was lost in print or in "
+            "the text recognition",
         ),
     ]
 
@@ -212,8 +212,8 @@ def equation_entries() -> list[Entry]:
             "(13): first unknown at the release of the single pendulum, vertical, at its tip "
             "[m/s^2]",
             float(falls[release.slots(0, -1)[1]]),
-            "one dot in the text at hand, which is a velocity and zero there; the rows hold for "
-            "the acceleration: a dot was lost in print or when the text was recognised",
+            "one dot in our copy of the text, which is a velocity and zero there; the rows hold "
+            "for the acceleration: a dot was lost in print or in the text recognition",
         ),
         formula(
             f"(14)-(15): accelerations with alpha = {alpha:g}/s, beta = {beta:g}/s",
@@ -311,9 +311,9 @@ def _figures(cases: Cases) -> list[Entry]:
             not_readable(
                 f"Fig. 6({panel}): height of the {name} pendulum's tip at the end [m]",
                 float(tip[1, -1]),
-                "the paper compares ANCF with Abaqus, which is not repeated here: beside ours "
-                f"stands the same with half the elements, at most {np.abs(tip - other).max():.0e} "
-                f"m apart; the energy drifts by {drift:.0e} of its kinetic part",
+                "the paper compares ANCF with Abaqus, which is not repeated here; with half the "
+                f"elements, our result differs by at most {np.abs(tip - other).max():.0e} m; the "
+                f"energy drifts by {drift:.0e} of its kinetic part",
             )
         )
     return found

@@ -83,8 +83,8 @@ def _step5(cases: Cases) -> list[Entry]:
         exact("(39): coefficient of the cubic term", "10", cubic),
         exact("(39): coefficient of the quartic term", "-15", quartic),
         exact("(39): coefficient of the quintic term", "6", quintic),
-        formula("(40): the speed falls as it rose", float(np.abs(speed - fall).max())),
-        formula("(40): greatest speed (pi - 2 alpha0)/T", peak * T / (2 * stroke) - 1.0),
+        formula("(40): the speed is symmetric in time", float(np.abs(speed - fall).max())),
+        formula("(40): maximum speed (pi - 2 alpha0)/T", peak * T / (2 * stroke) - 1.0),
         assumption(
             "V-A: duration T of the deployment [s]",
             T,
@@ -116,7 +116,9 @@ def _bezier(cases: Cases) -> list[Entry]:
     for i, printed in enumerate(PAPER_POINTS):
         name, digits = f"control point P{i}", f"{printed:.4f}"
         if i in asked:
-            found.append(equal(f"V-A: {name} [rad]", digits, asked[i], "the angle that (45) asks"))
+            found.append(
+                equal(f"V-A: {name} [rad]", digits, asked[i], "the angle that (45) requires")
+            )
         else:
             found.append(taken(f"V-A: {name} [rad]", digits, law.points[i], "the value of our law"))
     rest = max(float(np.abs(ends.speed).max()) * T, float(np.abs(ends.acceleration).max()) * T**2)
@@ -128,7 +130,7 @@ def _bezier(cases: Cases) -> list[Entry]:
             "1",
             peak / best,
             "the points are said to come from an optimisation; a linear program over the three "
-            f"that (45) leaves free finds {100 * (1 - best / peak):.3f} % less",
+            f"that (45) leaves free finds a peak lower by {100 * (1 - best / peak):.3f} %",
         ),
         formula("(45): speed and acceleration at both ends", rest),
         *(
@@ -142,7 +144,7 @@ def _bezier(cases: Cases) -> list[Entry]:
 
 
 def _missed(angle: float) -> str:
-    return f"the points have four digits and miss it by {angle:.1e} rad; ours are pinned"
+    return f"the points have four digits, with an error of {angle:.1e} rad; ours are pinned"
 
 
 def _bernstein(law: Bezier) -> float:
@@ -205,7 +207,7 @@ def _peaks(cases: Cases) -> list[Entry]:
             },
         ),
         shape(
-            "Fig. 11(b): the Bezier law's greatest speed is lower, by [%]",
+            "Fig. 11(b): the Bezier law's maximum speed is lower, by [%]",
             slower,
             {
                 "both start and end at rest": _rests(motions[0].speed) and _rests(motions[1].speed),
@@ -261,14 +263,14 @@ def _rope(cases: Cases) -> list[Entry]:
 
     return [
         not_readable(
-            "Fig. 12(a): length of one rope that is hauled in, kinematic set [m]",
+            "Fig. 12(a): length of one rope that is wound in, kinematic set [m]",
             hauled,
-            "the text says nothing of this curve",
+            "the text does not describe this curve",
         ),
         not_readable(
             "Fig. 12(b): greatest rope speed of Bezier over that of Step5",
             speeds[0] / speeds[1],
-            "the text says nothing of this curve",
+            "the text does not describe this curve",
         ),
         shape(
             "Fig. 12(c): peak rope acceleration of Bezier over that of Step5",
@@ -279,7 +281,7 @@ def _rope(cases: Cases) -> list[Entry]:
             "V-A: peak rope acceleration, Bezier [m/s^2]",
             "2.51e-3",
             peaks[0],
-            f"explained in part: the greatest absolute value is negative, and the positive peak "
+            f"explained in part: the largest absolute value is negative, and the positive peak "
             f"alone is {positive:.3e}; the {100 * (positive / 2.51e-3 - 1):.1f} % that are left "
             "are not explained",
             shown=positive < peaks[0],
@@ -289,7 +291,7 @@ def _rope(cases: Cases) -> list[Entry]:
             "V-A: reduction of the peak rope acceleration [%]",
             "29.3",
             100 * (1 - peaks[0] / peaks[1]),
-            "it follows from the printed pair, of which we do not find 2.51e-3",
+            "it follows from the printed pair, of which we do not reproduce 2.51e-3",
             shown=agrees("29.3", 100 * (1 - 2.51 / 3.55)),
         ),
     ]
@@ -326,7 +328,7 @@ def _bars(cases: Cases) -> list[Entry]:
             f"the bars drawn, 1, 4, 8 and 12, end at {ends} m in ours",
         ),
         shape(
-            "Fig. 13(b): greatest speed of a bar drawn there [m/s]",
+            "Fig. 13(b): maximum speed of a bar drawn there [m/s]",
             float(speed.max()),
             {
                 "the speed rises steadily at first": bool((np.diff(speed[1:, :800]) > 0).all()),
@@ -334,15 +336,15 @@ def _bars(cases: Cases) -> list[Entry]:
             },
         ),
         not_shared(
-            "Fig. 13(b): time of the greatest speed over the duration",
+            "Fig. 13(b): time of the maximum speed over the duration",
             "",
             float(peak_times[0]),
-            f"said to appear in the middle and at the end; ours is earlier, at {there:.0f} deg, "
+            f"described as in the middle and at the end; ours is earlier, at {there:.0f} deg, "
             "and the bars come to rest at the end",
             shown=bool((peak_times < EARLY).all()),
         ),
         shape(
-            "Fig. 13(c): greatest acceleration of a bar drawn there [m/s^2]",
+            "Fig. 13(c): maximum acceleration of a bar drawn there [m/s^2]",
             float(np.abs(acceleration).max()),
             {"close to zero at both ends": all(_rests(row) for row in acceleration[1:])},
         ),

@@ -102,7 +102,7 @@ def _kinematics() -> list[Entry]:
         formula(
             "(17)-(19): the ring of 24 modules closes",
             float(gap.max() / radius.max()),
-            "as it has to: gap between the last module and the first, over the radius",
+            "required: gap between the last module and the first, over the radius",
         ),
         formula("(25): radius b sin(alpha)/sin(180 deg/n) of the vertical bars' ends", rounded),
         exact("IV-A: rope segments of a module", "4", segments / truss.modules),
@@ -173,8 +173,8 @@ def _energies() -> list[Entry]:
             f"{printed:.6g}",
             once,
             f"the modules have {len(every)} rods, but the ring has {len(distinct)}: neighbours "
-            "share a vertical bar (I), which the printed sum counts twice; both values rest on our "
-            "tubes",
+            "share a vertical bar (I), which the printed sum counts twice; both values are based "
+            "on our tubes",
             shown=apart(values(inertia, AS_PRINTED), _summed_inertia(truss, every)) < FORMULA,
         ),
         exact("IV-B: compression springs, 2 n", "48", float(energy[0] / stiffness[0])),

@@ -54,7 +54,7 @@ def _take(file: TextIO, folder: Path) -> None:
         file.seek(0)
         holder = one_line(file.read(LONGEST))
         raise StudyError(
-            f"another run works in {folder} ({holder}); wait for it or stop it, or name another "
+            f"another run uses {folder} ({holder}); wait for it or stop it, or name another "
             "folder with --results",
             ExitCode.NO_RESULTS_FOLDER,
         ) from None

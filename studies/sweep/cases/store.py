@@ -87,13 +87,13 @@ class CaseStore:
         except OSError as error:
             raise DamagedCase(f"it cannot be read, {error.strerror}") from error
         except ValueError as error:  # wrong UTF-8 is one, too
-            raise DamagedCase("it is empty, cut off or no text") from error
+            raise DamagedCase("it is empty, truncated or not a text") from error
         if not isinstance(record, dict) or HASH not in record:
-            raise DamagedCase("it is no record of a case")
+            raise DamagedCase("it is not a record of a case")
         if record.pop(HASH) != hashed(record):
-            raise DamagedCase("its numbers do not fit its hash")
+            raise DamagedCase("its numbers do not match its hash")
         if record.get("key") != key:
-            raise DamagedCase(f"it holds the case {record.get('key')}")
+            raise DamagedCase(f"it contains the case {record.get('key')}")
         return record
 
     def has_whole_motion(self, key: str) -> bool:
@@ -173,7 +173,7 @@ def _in_words(head: Path) -> str:
             f"{head.parent.name} (format {stated['schema']}, version {stated['package']}, "
             f"CasADi {stated['casadi']}, sources {stated['sources'][:8]})"
         )
-    return f"{head.parent.name} (which does not say of what version it is)"
+    return f"{head.parent.name} (of an unknown version)"
 
 
 def remove_drafts(place: Path) -> Iterator[str]:

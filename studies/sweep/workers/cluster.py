@@ -42,9 +42,9 @@ def _host_and_port(address: str) -> tuple[str, int]:
 
 
 async def _asked_who_it_is(address: str) -> None:
-    """Ask for its name what listens at an address, as a client of Dask would.
+    """Raise OSError unless a Dask scheduler answers at an address.
 
-    A client waits for long where somebody listens who is mute or speaks another language.
+    A Dask client would wait long for a program that does not answer or uses another protocol.
     """
     from distributed.comm import connect
     from distributed.security import Security
@@ -54,21 +54,21 @@ async def _asked_who_it_is(address: str) -> None:
     try:
         await comm.write({"op": "identity", "reply": True})
         if (await comm.read()).get("type") != "Scheduler":
-            raise OSError("what listens there is no scheduler")
+            raise OSError("the program at this address is not a scheduler")
     finally:
         comm.abort()
 
 
 def _knock(address: str) -> None:
-    """Raise an error within PATIENCE where no scheduler is at home, at once where nobody is."""
+    """Raise an error within PATIENCE if no scheduler answers, immediately if the port is closed."""
     socket.create_connection(_host_and_port(address), timeout=PATIENCE / 2).close()
     try:
         asyncio.run(asyncio.wait_for(_asked_who_it_is(address), PATIENCE))
     except MemoryError:
-        # the first bytes of another language, read as the size of what follows
-        raise OSError("what listens there does not speak as Dask does") from None
+        # the first bytes of another protocol, read as the size of a message
+        raise OSError("the program at this address does not use the protocol of Dask") from None
     except TimeoutError:
-        raise OSError(f"no word within {PATIENCE:g} s") from None
+        raise OSError(f"no answer within {PATIENCE:g} s") from None
 
 
 class DaskCluster:
@@ -153,8 +153,8 @@ class DaskCluster:
             else:
                 answer.set_exception(
                     StudyError(
-                        f"the Dask scheduler at {self.address} has gone; what was computed until "
-                        "then is kept: give the same command again",
+                        f"the connection to the Dask scheduler at {self.address} was lost; "
+                        "finished cases are kept: give the same command again",
                         ExitCode.INTERRUPTED,
                     )
                 )

@@ -49,7 +49,7 @@ class CaseProcess:
         """
         process = self._started()
         if process is None:
-            return {"record": {"status": "killed", "reason": "the run ended before it began"}}
+            return {"record": {"status": "killed", "reason": "the run ended before the case began"}}
         assert process.stdin is not None
         assert process.stdout is not None
         late = threading.Event()
@@ -77,7 +77,7 @@ class CaseProcess:
 
         self.close()
         if late.is_set():
-            reason = f"ended after {seconds:g} s, as --case-seconds asks"
+            reason = f"stopped after {seconds:g} s (--case-seconds)"
             return {"record": {"status": "hung", "reason": reason, "seconds": seconds}}
         return {"record": {"status": "killed", "reason": self._last_words(process.wait())}}
 

@@ -57,7 +57,7 @@ def outcome(task: Mapping[str, Any]) -> dict[str, Any]:
     except MemoryError:
         record = {"status": "not solved", "reason": "memory ran out"}
     except Exception as error:
-        record = {"status": "defect", "reason": f"unforeseen {type(error).__name__}: {error}"}
+        record = {"status": "defect", "reason": f"unexpected {type(error).__name__}: {error}"}
     record["seconds"] = time.perf_counter() - begin
     return {"record": plain(record), "motion": motion}
 
@@ -81,7 +81,11 @@ def _told(result: Result) -> dict[str, Any]:
 def _front(result: Result) -> dict[str, Any]:
     """The points of a front: both objectives, and the price of the limit."""
     x, y = result.details["axes"]
-    price = {"key": "price", "title": f"price of {x['title']}", "unit": result.arrays["price"].unit}
+    price = {
+        "key": "price",
+        "title": f"shadow price of {x['title']}",
+        "unit": result.arrays["price"].unit,
+    }
     return {
         "axes": [x, y, price],
         "points": {axis["key"]: result.arrays[axis["key"]].values for axis in (x, y, price)},

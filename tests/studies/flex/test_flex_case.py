@@ -71,7 +71,7 @@ def test_the_presets_are_the_papers():
         ({"link": [{**LINK, "diameter": 0.1}]}, "its section by diameter and area"),
         (
             {"link": [{"length": 1.0, "area": 1e-4, "modulus": 1e9, "density": 1e3}]},
-            "link[0] states half of area and second_moment; give both",
+            "link[0] has only one of area and second_moment; give both",
         ),
         (
             {
@@ -84,15 +84,18 @@ def test_the_presets_are_the_papers():
         ({"link": [{"length": 1.0, "diameter": 0.1}]}, "link[0] has no material"),
         (
             {"link": [{"length": 1.0, "diameter": 0.1, "material": "wood"}]},
-            "link[0].material is 'wood', but known are none",
+            "link[0].material is 'wood', but the known materials are none",
         ),
         ({"joint": [{"kind": "driven"}]}, "joint[0].kind is 'driven'"),
-        ({"joint": [{"kind": "torque"}]}, "its law is stated by nothing"),
+        ({"joint": [{"kind": "torque"}]}, "its law is given by nothing"),
         ({"joint": [{"expression": "t"}]}, "joint[0] is free, but has expression"),
-        ({"joint": [{"kind": "angle", "law": "quintic"}]}, "turns by nothing; give turn_deg"),
+        (
+            {"joint": [{"kind": "angle", "law": "quintic"}]},
+            "its turn is zero or missing; give turn_deg",
+        ),
         (
             {"joint": [{"kind": "angle", "law": "linear", "turn_deg": 1.0}]},
-            "the law linear is one of the torque",
+            "the law linear applies only to a torque",
         ),
         (
             {"joint": [{"kind": "torque", "expression": "sqrt(t - 0.5)"}]},
@@ -108,7 +111,7 @@ def test_the_presets_are_the_papers():
         ),
         (
             {"joint": [{"kind": "torque", "times": [0, 1, 2], "values": [0, 1, 2]}]},
-            "has 3 times and 3 values; give as many of both, 4 or more",
+            "has 3 times and 3 values; give equally many, at least 4",
         ),
         (
             {"joint": [{"kind": "torque", "times": [0, 0.1, 0.2, 0.3], "values": [0, 1, 2, 3]}]},

@@ -32,7 +32,7 @@ def check(name: str, passed: bool, decided: bool = True) -> Criterion:
 @pytest.mark.parametrize(
     ("checks", "said"),
     [
-        ((check("force", False), check("power", True)), "No: it breaks 1 of 2 checks: force 2 N"),
+        ((check("force", False), check("power", True)), "No: it violates 1 of 2 checks: force 2 N"),
         ((check("force", True, decided=False),), "Not decided, because of noise or rounding: "),
         ((check("force", True), check("power", True)), "Yes: it keeps all 2 checks."),
     ],
@@ -45,7 +45,7 @@ def test_a_check_is_answered_by_yes_or_no(checks: tuple[Criterion, ...], said: s
 def test_failed_margins_lead() -> None:
     margins = tuple(check(f"margin {k}", False) for k in range(5))
     first = answer(found(FORCE, checks=(*margins, check("angle", True))))[0]
-    assert first.startswith("Not as asked: it fails 5 of 6 checks: margin 0 2 N (limit 1); ")
+    assert first.startswith("The motion fails 5 of 6 checks: margin 0 2 N (limit 1); ")
     assert first.endswith("; and 2 more.")
 
 
@@ -75,11 +75,11 @@ def test_a_front_begins_with_its_ends_and_calls_its_own_limit_no_law_of_nature()
     ends = ("least time", "least force")
     said = answer(found(time, force, kind="pareto-truss", also_found=ends))
     assert said[0] == (
-        "The front has these ends: duration 10 s, peak rope force 99 N; "
+        "The Pareto front has these ends: duration 10 s, peak rope force 99 N; "
         "duration 60 s, peak rope force 85 N."
     )
     assert "The duration is 12 s: the same as that of Bezier (12 s)" in said[2]
-    assert not any("No motion can be below" in sentence for sentence in said)
+    assert not any("The proven lower bound is" in sentence for sentence in said)
 
 
 def test_what_is_nothing_in_both_is_no_gain_and_nothing_beside_much_is_one() -> None:

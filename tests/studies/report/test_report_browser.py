@@ -136,7 +136,7 @@ def test_without_scripts_verdict_numbers_and_figures_are_there(tab, address, res
             node = tab.call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
             return tab.call("DOM.getOuterHTML", nodeId=node)["outerHTML"], node
 
-        assert "Proven best" in outer("#summary")[0]
+        assert "Proven optimum" in outer("#summary")[0]
         assert "0.000341755" in outer("#quantities")[0]
         for selector in ("figure.chart .still svg", ".snapshot svg"):
             box = tab.call("DOM.getBoxModel", nodeId=outer(selector)[1])["model"]

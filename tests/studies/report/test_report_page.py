@@ -33,7 +33,7 @@ ORDER = [
     "Model",
     "Parameters",
     "Results",
-    "Verification by other means",
+    "Independent verification",
     "Limits",
     "Exact input",
     "Versions",
@@ -98,11 +98,11 @@ def array(stored, place):
 def test_the_page_answers_first_and_keeps_its_order(seen, result):
     assert [one["text"] for one in seen.all("h1")] == [result.question]
     headings = [one["text"] for one in seen.all("h2")]
-    questions = ["Answer", "May I believe it?", "What does it buy?", "What does it cost?"]
+    questions = ["Answer", "How reliable is it?", "What does it improve?", "What does it cost?"]
     assert headings == [*questions, *ORDER]
     (summary,) = [one for one in seen.all("div") if one.get("id") == "summary"]
     assert "20.2 % less than that of Bezier (0.000428384 rad/s²)" in summary["text"]
-    assert "this one meets it" in summary["text"]
+    assert "this motion meets it" in summary["text"]
     for cost in result.costs_elsewhere:
         assert sentence(cost.sentence).replace("\u00a0", " ")[1:] in summary["text"]
 

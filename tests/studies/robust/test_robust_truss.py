@@ -152,13 +152,13 @@ def test_corners_are_added_where_the_scenarios_are_too_easy() -> None:
 @pytest.mark.parametrize(
     ("robust", "words"),
     [
-        ({"scenarios": {}, "corners": False}, "neither scenarios"),
-        ({"scenarios": {"corner 1": {}}}, "of the study's own"),
+        ({"scenarios": {}, "corners": False}, "there are no scenarios"),
+        ({"scenarios": {"corner 1": {}}}, "a reserved name"),
         ({"corners": 1}, "true or false"),
         ({"deviations": 0}, "positive"),
         ({"scenarios": {"a": {"pulley_frictoin": 1}}}, "did you mean"),
         ({"scenarios": {"nominal": {}}}, "always there"),
-        ({"scenarios": {"a": {"stuck_moment": 1.0}}}, "acts nowhere"),
+        ({"scenarios": {"a": {"stuck_moment": 1.0}}}, "has no angle"),
         ({"scatter": {"net_stiffness": {"low": 1}}}, "give low and high"),
         ({"confidence": 1.0}, "below 1"),
     ],
@@ -222,7 +222,7 @@ def test_the_elastic_solve_names_the_scenario_whose_ropes_go_slack() -> None:
     with pytest.raises(StudyError, match="scenario smooth: no motion deploys"):
         check(study)
     words = who_gives_way(study, silent())
-    assert "rope force in scenario smooth would be at least -" in words
+    assert "rope force in scenario smooth is at least -" in words
     assert not {"nominal", "rough"} & set(words.split())
 
 

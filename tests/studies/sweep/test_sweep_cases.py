@@ -112,12 +112,12 @@ def test_a_case_that_is_no_study_is_a_row_and_planned_as_such() -> None:
         ({"parameters": {}}, "parameters is empty"),
         ({"parameters": {"duration": []}}, "parameters.duration is an empty list"),
         ({"parameters": {"duration": 5.0}}, "give a list of values, or low and high"),
-        ({"parameters": {"duration": [5.0, 5.0]}}, "states 5.0 twice"),
+        ({"parameters": {"duration": [5.0, 5.0]}}, "contains 5.0 twice"),
         ({"parameters": {"duration": {"low": 5.0}}}, "parameters.duration has no high"),
         ({"parameters": {"duration": {"low": 5.0, "high": 4.0}}}, "give the lower end first"),
         ({"parameters": {"duration": {"low": 4.0, "high": 5.0}}}, "has no count"),
         ({"sampling": "sobol"}, "samples is missing"),
-        ({"samples": 5}, "leave samples out"),
+        ({"samples": 5}, "remove samples"),
         ({"sampling": "sobol", "samples": 4}, "draws values between two ends"),
         ({"sampling": "lattice"}, "sampling is 'lattice'"),
         ({"subject": "arms"}, "did you mean arm"),
@@ -125,12 +125,12 @@ def test_a_case_that_is_no_study_is_a_row_and_planned_as_such() -> None:
         ({"sampling": "list", "warm": True}, "only a grid of the truss has neighbours"),
         (
             {"sampling": "list", "parameters": {"duration": [1.0, 2.0], "smooth": [True]}},
-            "of one length, but duration has 2, smooth has 1",
+            "must have one length, but duration has 2, smooth has 1",
         ),
         ({"bas": {}}, "unknown key bas; did you mean base?"),
         ({"parameters": {"": [1.0]}}, "has the key '', a part of which is empty"),
         ({"parameters": {"truss..link": [1.0]}}, "has the key 'truss..link', a part of which"),
-        ({"parameters": {"minimise": [["energy"], ["energy"]]}}, "states ['energy'] twice"),
+        ({"parameters": {"minimise": [["energy"], ["energy"]]}}, "contains ['energy'] twice"),
     ],
 )
 def test_a_wrong_sweep_is_refused_in_one_sentence(changes: dict[str, Any], words: str) -> None:
@@ -189,7 +189,7 @@ def test_the_lock_of_a_folder_ends_with_its_process(tmp_path: Path) -> None:
         assert holder.stdout is not None
         assert holder.stdout.readline() == "held\n"
         # one that is stopped holds it still
-        words = rf"another run works in .*\(process {holder.pid} on .*\); wait for it"
+        words = rf"another run uses .*\(process {holder.pid} on .*\); wait for it"
         with pytest.raises(StudyError, match=words), alone(tmp_path):
             pass
         holder.kill()
@@ -251,7 +251,7 @@ def test_a_damaged_motion_is_computed_again_where_a_case_would_start_from_it(
     last.unlink()
     # nothing starts from the second one any more: its record alone is asked for
     assert solved() == [(120.0, 0.0, {"of": [100.0, 0.0]}), (120.0, 0.01, {"of": [120.0, 0.0]})]
-    words = "case 3 is computed again: its motion is damaged, from which another case starts"
+    words = "case 3 is computed again: its motion, from which another case starts, is damaged"
     assert words in said.progress_to.getvalue()  # type: ignore[attr-defined]
 
 
@@ -266,5 +266,5 @@ def test_folders_of_other_versions_say_what_they_are(tmp_path: Path) -> None:
         (place / "a.jsonl").write_text("", "utf-8")
     (newer, one), (silent_one, other) = store.others().items()
     assert newer.startswith("newer (format 9, version ")
-    assert silent_one == "silent (which does not say of what version it is)"
+    assert silent_one == "silent (of an unknown version)"
     assert (one, other) == (1, 1)

@@ -72,7 +72,10 @@ def test_an_address_without_host_and_port_is_refused(
 
 @pytest.mark.parametrize(
     ("greeting", "words"),
-    [(b"", "no word within 1 s"), (b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not speak as Dask")],
+    [
+        (b"", "no answer within 1 s"),
+        (b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not use the protocol of Dask"),
+    ],
 )
 def test_who_listens_and_is_no_scheduler_is_told_within_ten_seconds(
     greeting: bytes,

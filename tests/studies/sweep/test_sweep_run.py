@@ -153,13 +153,13 @@ def test_a_hung_case_is_a_row_and_has_another_chance_with_more_time(
     # an answer is lacking, which the exit code says
     assert swept(study, out, "--case-seconds", "1.5") == ExitCode.NOT_VERIFIED
     assert [row["status"] for row in rows(out)] == ["hung", "hung"]
-    assert rows(out)[0]["reason"] == "ended after 1.5 s, as --case-seconds asks"
+    assert rows(out)[0]["reason"] == "stopped after 1.5 s (--case-seconds)"
     before = files(out)
     assert swept(study, out, "--case-seconds", "1.5") == ExitCode.NOT_VERIFIED
     assert files(out) == before
     capsys.readouterr()
     assert swept(study, out, "--case-seconds", "1.6") == ExitCode.NOT_VERIFIED
-    assert "it had 1.5 s, and has more now" in capsys.readouterr().err
+    assert "its time limit was 1.5 s and is higher now" in capsys.readouterr().err
 
 
 # a solver that crashes wherever the link is 1.1 m long
@@ -210,7 +210,7 @@ def test_cases_of_another_version_are_left_out_unless_asked_for(
     assert swept(study, out, "--recompute") == ExitCode.OK
     assert len(list(own.glob("*.jsonl"))) == 8
     assert len(list((out / "cases" / "000000000000").glob("*.jsonl"))) == 8
-    assert "Left out, as another version has made them" in capsys.readouterr().out
+    assert "Not used, because another version computed them" in capsys.readouterr().out
 
 
 def test_a_second_run_in_the_same_folder_is_refused(
@@ -221,7 +221,7 @@ def test_a_second_run_in_the_same_folder_is_refused(
     with alone(out):
         assert swept(study, out) == ExitCode.NO_RESULTS_FOLDER
         said = " ".join(capsys.readouterr().err.split())
-        assert f"another run works in {out} (process {os.getpid()} on " in said
+        assert f"another run uses {out} (process {os.getpid()} on " in said
     assert swept(study, out) == ExitCode.OK
 
 
@@ -268,7 +268,7 @@ def test_a_full_disk_after_the_last_case_is_said_and_loses_nothing(
     assert "cannot be written (No space left on device)" in said.err
     assert "and give the same command again" in said.err
     assert swept(study, out) == ExitCode.OK
-    assert "8 of 8 cases are there already" in capsys.readouterr().err
+    assert "8 of 8 cases are already solved" in capsys.readouterr().err
 
 
 def test_a_sweep_that_is_stopped_says_how_it_goes_on_with_its_flags(
