@@ -36,14 +36,41 @@ def slow(**design: object) -> CodesignStudy:
     return study_from({**SLOW, "design": {**SLOW["design"], **design}})  # type: ignore[dict-item]
 
 
+def accuracies_of(patch: pytest.MonkeyPatch, *, stops: bool = False) -> list[float]:
+    """Accuracies that solves are asked for from now on; a user may stop the last one."""
+    asked = []
+
+    def all_starts(*given: Any, **how: Any) -> Audit:
+        if "processes" in how:  # else of the stated design, for its own motion
+            asked.append(how["settings"].accuracy.objective)
+        return audit(*given, **how)
+
+    def the_best(*given: Any, **how: Any) -> Solution:
+        asked.append(how["settings"].accuracy.objective)
+        if stops:
+            raise Interrupted("stopped", None, None, None)
+        return solve(*given, **how)
+
+    patch.setattr(from_starts, "audit", all_starts)
+    patch.setattr(search, "solve", the_best)
+    return asked
+
+
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A coarse co-design, run as a user runs it."""
+def coarse(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[float]]:
+    """A coarse co-design, run as a user runs it, and the accuracies that it asked for."""
     path = tmp_path_factory.mktemp("codesign") / "found"
     flags = "--objective peak-force --duration 140 --jerk-cap bezier --friction 0.01"
     flags += f" --intervals 24 --starts bezier --designs 1 --results {path} --no-figures"
-    assert main(["codesign", *flags.split()]) == 0
-    return path
+    with pytest.MonkeyPatch.context() as patch:
+        asked = accuracies_of(patch)
+        assert main(["codesign", *flags.split()]) == 0
+    return path, asked
+
+
+@pytest.fixture
+def folder(coarse: tuple[Path, list[float]]) -> Path:
+    return coarse[0]
 
 
 @pytest.mark.slow
@@ -166,9 +193,9 @@ def test_bad_input_is_one_sentence(raw: dict[str, object], sentence: str) -> Non
 
 
 @pytest.mark.slow
-def test_a_price_is_the_slope_of_the_optimum() -> None:
+def test_a_price_is_the_slope_of_the_optimum(folder: Path) -> None:
     """One per cent more stroke, solved again: the price holds to the curvature of 1 %."""
-    first = run(slow())
+    first = Result.load(folder)
     price = next(p for p in first.details["prices"] if p["title"] == "stroke of the rope")
     step = 0.01 * price["limit"]
     again = run(slow(stroke=price["limit"] + step))
@@ -177,31 +204,17 @@ def test_a_price_is_the_slope_of_the_optimum() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stops", [False, True])
 def test_only_the_best_start_is_solved_to_its_last_digits(
-    stops: bool, monkeypatch: pytest.MonkeyPatch
+    coarse: tuple[Path, list[float]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Starts are rough; where the last solve ends early, the rough one stays, and it is said."""
-    asked = []
-
-    def all_starts(*given: Any, **how: Any) -> Audit:
-        if "processes" in how:  # else of the stated design, for its own motion
-            asked.append(how["settings"].accuracy.objective)
-        return audit(*given, **how)
-
-    def the_best(*given: Any, **how: Any) -> Solution:
-        asked.append(how["settings"].accuracy.objective)
-        if stops:
-            raise Interrupted("stopped", None, None, None)
-        return solve(*given, **how)
-
-    monkeypatch.setattr(from_starts, "audit", all_starts)
-    monkeypatch.setattr(search, "solve", the_best)
-    result = run(slow())
-    assert asked == [1e-5, 1e-6]
-    assert result.interrupted == stops
-    assert any("solved to full accuracy" in remark for remark in result.remarks) == stops
-    assert result.value("peak-force") == pytest.approx(38.379, rel=2e-4)
+    asked = accuracies_of(monkeypatch, stops=True)
+    stopped, whole = run(slow()), Result.load(coarse[0])
+    assert asked == coarse[1] == [1e-5, 1e-6]
+    for result, stops in ((stopped, True), (whole, False)):
+        assert result.interrupted == stops
+        assert any("solved to full accuracy" in remark for remark in result.remarks) == stops
+        assert result.value("peak-force") == pytest.approx(38.379, rel=2e-4)
 
 
 @pytest.mark.slow
