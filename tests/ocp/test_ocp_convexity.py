@@ -288,7 +288,7 @@ def test_a_family_leaves_an_optimum_that_has_become_a_saddle(still: Solution) ->
     assert found.solution(3).objective == pytest.approx(expected[1], rel=1e-6)
 
 
-@pytest.mark.parametrize("lowest", [-0.1, -3e-4])
+@pytest.mark.parametrize("lowest", [pytest.param(-0.1, marks=pytest.mark.slow), -3e-4])
 def test_the_better_side_of_a_saddle_is_taken(lowest: float) -> None:
     # downwards there is next to no room
     found = family(unstable(lowest=lowest), PUSH, [5.0, 9.0, 12.0])

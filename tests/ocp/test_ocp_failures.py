@@ -266,7 +266,7 @@ def test_a_polynomial_control_keeps_its_bounds_between_the_points():
     assert np.abs(values).max() <= 1 + 1e-9  # round-off of the interpolation
 
 
-@pytest.mark.parametrize("longest", [1.0, 1000.0])
+@pytest.mark.parametrize("longest", [1.0, pytest.param(1000.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("rates", [{x: rate}, {x: v, v: rate}], ids=["speed", "force"])
 def test_a_least_time_that_nothing_limits_collapses_at_once(rates, longest):
     start = dict.fromkeys(rates, 0)

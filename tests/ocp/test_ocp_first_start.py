@@ -68,7 +68,9 @@ def simulated(problem, sizes, bounds=None, count=4, *further):
     )
 
 
-@pytest.mark.parametrize("guess", [{}, {"q": 0.0, "w": 0.0, "u": 0.0}])
+@pytest.mark.parametrize(
+    "guess", [{}, pytest.param({"q": 0.0, "w": 0.0, "u": 0.0}, marks=pytest.mark.slow)]
+)
 def test_a_pendulum_is_swung_up_from_a_straight_line_and_from_none(guess):
     solution = solve(swing_up(**guess))
     # found by every one of many starts, and by a mesh of 400 intervals; four digits are pinned

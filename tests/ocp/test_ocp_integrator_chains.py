@@ -186,8 +186,10 @@ def rocket(drag: float, burn: float, most: float, cap: float, rest: float) -> Pr
 
 @pytest.mark.parametrize(
     "numbers",
-    [(288.0, 2.885, 4.97, 0.1155, 0.622), (300.0, 2.6, 4.5, 0.12, 0.55)],
-    ids=["short arc", "long arc"],
+    [
+        pytest.param((288.0, 2.885, 4.97, 0.1155, 0.622), id="short arc"),
+        pytest.param((300.0, 2.6, 4.5, 0.12, 0.55), id="long arc", marks=pytest.mark.slow),
+    ],
 )
 def test_a_rocket_with_a_singular_arc_is_certified(numbers) -> None:
     # The thrust swung between its bounds in each interval, on hundreds of them. The solver could

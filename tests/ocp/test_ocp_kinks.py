@@ -694,7 +694,7 @@ def test_a_price_that_pays_for_losses_is_told(level):
         solve(lossy(RATES["largest values"], level)[1])
 
 
-@pytest.mark.parametrize("intervals", [10, 24])
+@pytest.mark.parametrize("intervals", [10, pytest.param(24, marks=pytest.mark.slow)])
 def test_a_drive_that_feeds_nothing_back_is_crossed_at_rest(intervals: int) -> None:
     """A cart turns back at full thrust, and the cost of its power bends where its speed is none."""
     place = State("x", "m", lower=-1.2, upper=1.2)

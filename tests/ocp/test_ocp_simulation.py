@@ -54,7 +54,7 @@ def test_the_objective_is_as_exact_as_was_asked(weight):
     assert found.verification.replayed_objective == pytest.approx(found.objective, rel=1e-6)
 
 
-@pytest.mark.parametrize("hole_first", [True, False])
+@pytest.mark.parametrize("hole_first", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_replay_without_values_does_not_pass(hole_first):
     """A root has none for 4 ms between two points, so that one of two states is lost there."""
     x, y, u = State("x", upper=9), State("y"), Control("u")

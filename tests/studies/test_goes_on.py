@@ -28,7 +28,7 @@ STOPPED = {
     "codesign": (
         "--objective peak-force --duration 140 --jerk-cap bezier --starts bezier --intervals 24 "
         "--designs 1",
-        "the best one to its last digits",
+        "the best start to full accuracy",
         signal.SIGINT,
         2,
     ),
