@@ -15,7 +15,7 @@ STIFFNESS = 600.0  # [N/m]
 
 
 def sketch(panel: Axes) -> None:
-    """The drum hauls in h; the truss has taken s of it."""
+    """The drum winds in h; the truss has taken s of it."""
     panel.add_patch(Circle((1, 2), 0.6, facecolor="0.9", edgecolor="black"))
     panel.text(1, 2, "drum", ha="center", va="center", fontsize=9)
     spring = np.linspace(2.2, 4.6, 13)
@@ -26,7 +26,7 @@ def sketch(panel: Axes) -> None:
     panel.text(3.4, 3.0, "$k$", ha="center")
     panel.add_patch(Rectangle((6.4, 1.6), 1.8, 1.6, facecolor="0.9", edgecolor="black"))
     panel.text(7.3, 2.4, "truss\n$J(\\alpha)$, $U(\\alpha)$", ha="center", va="center", fontsize=9)
-    for x, name in ((1.9, "$h$, hauled in"), (6.0, "$s(\\alpha)$, taken")):
+    for x, name in ((1.9, "$h$, wound in"), (6.0, "$s(\\alpha)$, taken")):
         panel.annotate("", (x - 0.7, 1.35), xytext=(x, 1.35), arrowprops={"arrowstyle": "->"})
         panel.text(x - 0.35, 1.0, name, ha="center", fontsize=9)
     panel.set_xlim(0, 8.6)

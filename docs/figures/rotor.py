@@ -18,7 +18,7 @@ DURATION = 10.0  # [s]
 
 
 def sketch(panel: Axes) -> None:
-    """The shaft from the motor to the drum, and the rope that it hauls in."""
+    """The shaft from the motor to the drum, and the rope that it winds in."""
     panel.plot([1.2, 4.4], [2, 2], color="black", linewidth=2, zorder=0)
     boxes = (((0.2, 1.5), 1.0, "motor\nrotor $I$"), ((2.2, 1.4), 1.0, "gear\n$g$, $\\eta$"))
     for corner, width, text in boxes:

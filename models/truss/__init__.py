@@ -79,15 +79,15 @@ from models.truss.rope import (
 from models.truss.rope_stiffness import (
     LeastStiffness,
     RopeYields,
-    hauled_rope,
     jerk_step_at_net,
     least_rope_stiffness,
     rope_mode_frequency,
     rope_taken,
     stretching_ratio,
+    wound_rope,
     yielding_tension,
 )
-from models.truss.rope_swing import HauledRope, RopeSwing, rope_swing
+from models.truss.rope_swing import RopeSwing, WoundRope, rope_swing
 from models.truss.shear import module_shear
 
 __all__ = [
@@ -97,7 +97,6 @@ __all__ = [
     "TUBE_LINEAR_DENSITY",
     "BarForces",
     "ForceCoefficients",
-    "HauledRope",
     "InertiaLoads",
     "JointMasses",
     "LeastStiffness",
@@ -110,6 +109,7 @@ __all__ = [
     "StaticPeak",
     "TrussMotion",
     "TrussParameters",
+    "WoundRope",
     "angle_from_rope_length",
     "angular_acceleration",
     "bar_forces",
@@ -123,7 +123,6 @@ __all__ = [
     "force_coefficients",
     "gravity_potential",
     "gravity_slope",
-    "hauled_rope",
     "hoop_force",
     "inertia",
     "inertia_loads",
@@ -173,5 +172,6 @@ __all__ = [
     "total_mass",
     "whole_opening",
     "with_symbols",
+    "wound_rope",
     "yielding_tension",
 ]

@@ -13,7 +13,7 @@ from models.truss.parameters import TrussParameters
 
 
 def rope_travel(parameters: TrussParameters, opening: Opening | None = None) -> float:
-    """Length of one rope that is hauled in [m]: 2 n (e(start) - e(end)), by default of it all."""
+    """Length of one rope that is wound in [m]: 2 n (e(start) - e(end)), by default of it all."""
     ends = opening or whole_opening(parameters)
     return float(rope_length(parameters, ends.start) - rope_length(parameters, ends.end))
 

@@ -7,7 +7,7 @@ omega [rad/s], acc [rad/s^2].
 
 C [N m] is Coulomb friction and a measured load, at rest, too: U' + C is what the ropes have to
 overcome to start.
-A rotor behind gear and drum acts as a mass m [kg] on each rope. With s [m] rope hauled in, a motor
+A rotor behind gear and drum acts as a mass m [kg] on each rope. With s [m] rope wound in, a motor
 that pulls with F leaves T1 = F - m s'' for the rope, and s'' = s' acc + s'' omega^2 by the angle:
 
     (J + m f s') acc + (J' / 2 + m f s'') omega^2 + D omega + C + U' = F f

@@ -39,7 +39,7 @@ class TrussMotion:
     parameters : of the truss.
     angle, speed, acceleration : alpha [rad] and its time derivatives, as given.
     rope_length, rope_speed, rope_acceleration : of one rope [m, m/s, m/s^2], (20); the speed is
-        dL/dt, negative while the rope is hauled in.
+        dL/dt, negative while the rope is wound in.
     rope_force, far_end_tension : T1 at the motor and T_4n at the fixed end [N], (38), (29).
     buckling_share : largest push in a bar of any module, as part of its buckling load [-].
     bar_force : largest push or pull in a link or cross-bar of any module [N].

@@ -125,7 +125,7 @@ def rope_length(parameters: TrussParameters, alpha: Expression) -> Expression:
 
 
 def rope_speed(parameters: TrussParameters, alpha: Expression, omega: Expression) -> Expression:
-    """dL/dt [m/s], from (20); negative while the rope is hauled in."""
+    """dL/dt [m/s], from (20); negative while the rope is wound in."""
     return 2 * parameters.modules * slider_distance_slope(parameters, alpha) * omega
 
 

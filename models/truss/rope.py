@@ -107,18 +107,18 @@ def pulley_loss_by_sum(
     """
     alpha = np.atleast_1d(np.asarray(angle, dtype=float))
     slope = slider_distance_slope(parameters, ca.DM(alpha)).full().ravel()
-    hauled = -slope * np.asarray(speed, dtype=float)  # by each sliding segment [m/s]
+    wound = -slope * np.asarray(speed, dtype=float)  # by each sliding segment [m/s]
     wraps = turns(alpha)
     others = {(module, pulley): mu for module, pulley, mu in parameters.other_pulleys}
     sliding = (1, 0, 0, 1)  # which of a module's segments change length
 
     # From the motor to the far end: the tension of the segment before each pulley, and the rate
     # at which the segments beyond it shorten.
-    beyond = 2 * parameters.modules * hauled
+    beyond = 2 * parameters.modules * wound
     segment_tension = np.asarray(tension, dtype=float) + 0 * alpha
     loss = np.zeros_like(alpha)
     for k in range(4 * parameters.modules - 1):
-        beyond = beyond - sliding[k % 4] * hauled
+        beyond = beyond - sliding[k % 4] * wound
         mu = others.get((k // 4 + 1, k % 4 + 1), parameters.pulley_friction)
         drop = -segment_tension * np.expm1(-mu * wraps[k % 4])
         loss += 2 * drop * beyond  # on both ropes

@@ -1,12 +1,12 @@
 """The truss on a rope that gives: stability and frequency of its motion while the motor stands.
 
-Symbols: h [m] rope hauled in by the motor, s [m] what the truss has taken of it; k [N/m] stiffness;
+Symbols: h [m] rope wound in by the motor, s [m] what the truss has taken of it; k [N/m] stiffness;
 c [-] tension that stretches the rope per T1; T1 [N] motor force on one rope; f [m] leverage of both
 ropes; J [kg m^2]; U [J]; alpha [rad]. A prime is a derivative with respect to alpha.
 
     T1 = k (h - s) / c
 
-A drive that gives between motor and first pulley has c = 1: then k is T1 per metre hauled in. A
+A drive that gives between motor and first pulley has c = 1: then k is T1 per metre wound in. A
 rope that gives along its length is stretched by its mean tension. With h fixed the truss feels
 the stiffness K = U'' - (T1 f)' and is stable at rest where it is positive:
 
@@ -60,16 +60,16 @@ def rope_taken(parameters: TrussParameters, alpha: Expression) -> Expression:
 def yielding_tension(
     parameters: TrussParameters,
     alpha: Expression,
-    hauled: Expression,
+    wound: Expression,
     stiffness: Expression,
     yields: RopeYields = "at the motor",
 ) -> Expression:
-    """T1 [N] of a rope of which the motor has hauled in `hauled` [m]; negative if it is slack."""
-    stretch = hauled - rope_taken(parameters, alpha)
+    """T1 [N] of a rope of which the motor has wound in `wound` [m]; negative if it is slack."""
+    stretch = wound - rope_taken(parameters, alpha)
     return stiffness * stretch / stretching_ratio(parameters, alpha, yields)
 
 
-def hauled_rope(
+def wound_rope(
     parameters: TrussParameters,
     alpha: Expression,
     omega: Expression,
@@ -85,7 +85,7 @@ def hauled_rope(
 
 
 def jerk_step_at_net(parameters: TrussParameters, omega: Expression) -> Expression:
-    """Step of the jerk where the net becomes taut and the motor hauls in evenly [rad/s^3].
+    """Step of the jerk where the net becomes taut and the motor winds in evenly [rad/s^3].
 
     U'' steps there, and T1 f = k (h - s) f / c has no step in its rate. So J times the step of the
     jerk is less the step of U'' omega.

@@ -1,4 +1,4 @@
-"""What a truss does on a rope that gives, while the motor hauls in what a law takes of a rigid one.
+"""What a truss does on a rope that gives, while the motor winds in what a law takes of a rigid one.
 
     J alphaddot + J' alphadot^2 / 2 + D alphadot + U' = (T1 + T1*) f / 2
     T1 = k (h - s(alpha)) / c
@@ -35,9 +35,9 @@ from models.truss.potential import potential_slope
 from models.truss.rope import rope_leverage
 from models.truss.rope_stiffness import (
     RopeYields,
-    hauled_rope,
     rope_mode_frequency,
     rope_taken,
+    wound_rope,
     yielding_tension,
 )
 
@@ -52,12 +52,12 @@ _NEAR = 0.2  # [rad] about the end of a law, in which the truss comes to rest on
 
 
 @dataclass(frozen=True, eq=False)
-class HauledRope:
-    """What a motor hauls in so that a truss on ropes that give keeps to a law.
+class WoundRope:
+    """What a motor winds in so that a truss on ropes that give keeps to a law.
 
     Attributes
     ----------
-    curve : maps times to the rope hauled in [m].
+    curve : maps times to the rope wound in [m].
     peak_speed, peak_acceleration : of it [m/s, m/s^2]; the latter leaves out steps of the speed.
     end_speed : largest at both ends, a step for the motor [m/s].
     """
@@ -70,33 +70,33 @@ class HauledRope:
     @classmethod
     def of(
         cls, parameters: TrussParameters, law: Law, stiffness: float, yields: RopeYields
-    ) -> HauledRope:
+    ) -> WoundRope:
         """Of a law whose jerk may jump at its breakpoints."""
         from scipy.interpolate import CubicHermiteSpline
 
         time = np.union1d(np.linspace(0.0, law.duration, SAMPLES), law.breakpoints)
         before = np.nextafter(time[1:], 0.0)
-        hauled, speed = _hauled_kernel(parameters, stiffness, yields, law, time)
-        _, left = _hauled_kernel(parameters, stiffness, yields, law, before)
+        wound, speed = _wound_kernel(parameters, stiffness, yields, law, time)
+        _, left = _wound_kernel(parameters, stiffness, yields, law, before)
         # no speed has a step inside of an interval
         gained = (left - speed[:-1]) / np.diff(time)
         return cls(
-            CubicHermiteSpline(time, hauled, speed),
+            CubicHermiteSpline(time, wound, speed),
             float(max(np.abs(speed).max(), np.abs(left).max())),
             float(np.abs(gained).max()),
             float(max(abs(speed[0]), abs(left[-1]))),
         )
 
 
-def _hauled_kernel(
+def _wound_kernel(
     parameters: TrussParameters, stiffness: float, yields: RopeYields, law: Law, time: Array
 ) -> tuple[Array, Array]:
     """Rope that keeps a truss to a law, and its rate, at times (m,) [m, m/s]."""
     state = ca.SX.sym("state", 3)
     jerk = ca.SX.sym("jerk")
-    hauled = hauled_rope(parameters, state[0], state[1], state[2], stiffness, yields)
-    rate = ca.jtimes(hauled, state, ca.vertcat(state[1], state[2], jerk))
-    kernel = ca.Function("hauled", [state, jerk], [hauled, rate], {"cse": True})
+    wound = wound_rope(parameters, state[0], state[1], state[2], stiffness, yields)
+    rate = ca.jtimes(wound, state, ca.vertcat(state[1], state[2], jerk))
+    kernel = ca.Function("wound", [state, jerk], [wound, rate], {"cse": True})
     motion = law.motion(time)
     speed = np.maximum(motion.speed, 0.0)
     rows = kernel(np.stack([motion.angle, speed, motion.acceleration]), motion.jerk[None])
@@ -149,16 +149,16 @@ def rope_swing(
     law: Law,
     stiffness: float,
     yields: RopeYields = "at the motor",
-    hauls_stretch: bool = False,
+    winds_stretch: bool = False,
     behind: float = 0.0,
 ) -> RopeSwing:
-    """Integrate the truss on ropes of which the motors haul in what a law takes.
+    """Integrate the truss on ropes of which the motors wind in what a law takes.
 
     Parameters
     ----------
     law : of the deployment angle, from rest.
     stiffness : k of one rope [N/m], above the least one.
-    hauls_stretch : whether the motors also haul in the stretch that the law's tension causes. Then
+    winds_stretch : whether the motors also wind in the stretch that the law's tension causes. Then
         the truss keeps to the law, if its ropes stay taut and no motor is behind.
     behind : d, by which the motor of one rope is behind that of the other [s].
 
@@ -170,15 +170,15 @@ def rope_swing(
     from scipy.integrate import solve_ivp
 
     duration, stop = law.duration, law.duration + behind
-    hauled_in = _course(parameters, law, stiffness, yields, hauls_stretch)
+    wound_in = _course(parameters, law, stiffness, yields, winds_stretch)
     rates, balance = _kernels(parameters, stiffness, yields)
-    held = float(hauled_in(duration))
+    held = float(wound_in(duration))
     rest = _rest(balance, held, law.end_angle)
     end = stop + TAIL / float(rope_mode_frequency(parameters, rest, stiffness, yields)[0])
 
     def right_side(time: float, state: Array) -> list[float]:
-        hauled = hauled_in(np.array([time, time - behind]))
-        return [state[1], float(rates(*state, *hauled))]
+        wound = wound_in(np.array([time, time - behind]))
+        return [state[1], float(rates(*state, *wound))]
 
     def short_of_the_end(_: float, state: Array) -> float:
         return float(state[0]) - (law.end_angle - REACHED)
@@ -202,7 +202,7 @@ def rope_swing(
         )
 
     angle, speed = solved.y
-    pulled = [elementwise(balance, angle, hauled_in(time - late))[0] for late in (0.0, behind)]
+    pulled = [elementwise(balance, angle, wound_in(time - late))[0] for late in (0.0, behind)]
     tension = np.stack([one.ravel() for one in pulled])
     meant_angle, meant_tension = _meant(parameters, law, time)
     place, arrivals = int(np.searchsorted(time, stop)), solved.y_events[0]
@@ -229,30 +229,30 @@ def _course(
     law: Law,
     stiffness: float,
     yields: RopeYields,
-    hauls_stretch: bool,
+    winds_stretch: bool,
 ) -> Callable[[ArrayLike], Array]:
-    """Maps times to the rope that a motor has hauled in [m]; it stands before and after the law."""
+    """Maps times to the rope that a motor has wound in [m]; it stands before and after the law."""
     first, last = (
-        float(hauled_rope(parameters, angle, 0.0, 0.0, stiffness, yields))
+        float(wound_rope(parameters, angle, 0.0, 0.0, stiffness, yields))
         for angle in (law.start_angle, law.end_angle)
     )
-    if hauls_stretch:
-        curve = HauledRope.of(parameters, law, stiffness, yields).curve
+    if winds_stretch:
+        curve = WoundRope.of(parameters, law, stiffness, yields).curve
     else:
-        curve = _hauled(parameters, law, first)
+        curve = _wound(parameters, law, first)
         last = float(curve(law.duration))
 
-    def hauled_in(time: ArrayLike) -> Array:
+    def wound_in(time: ArrayLike) -> Array:
         at = np.asarray(time, dtype=float)
         # the tension of a law may step at its ends
         moving = curve(np.clip(at, 0.0, law.duration))
         return np.where(at <= 0.0, first, np.where(at >= law.duration, last, moving))
 
-    return hauled_in
+    return wound_in
 
 
-def _hauled(parameters: TrussParameters, law: Law, at_first: float) -> Any:
-    """Rope that the motor has hauled in over time [m], a curve through what the law takes."""
+def _wound(parameters: TrussParameters, law: Law, at_first: float) -> Any:
+    """Rope that the motor has wound in over time [m], a curve through what the law takes."""
     from scipy.interpolate import CubicHermiteSpline
 
     inner = np.array(law.breakpoints)
@@ -270,25 +270,25 @@ def _kernels(
 
     It has T1 of a rope, and what pulls the truss back at rest on two such ropes.
     """
-    alpha, omega, hauled, later = (ca.SX.sym(name) for name in ("alpha", "omega", "h", "later"))
+    alpha, omega, wound, later = (ca.SX.sym(name) for name in ("alpha", "omega", "h", "later"))
     pull, behind = (
         ca.fmax(0, yielding_tension(parameters, alpha, one, stiffness, yields))
-        for one in (hauled, later)
+        for one in (wound, later)
     )
     acceleration = angular_acceleration(parameters, alpha, omega, (pull + behind) / 2)
     back = potential_slope(parameters, alpha) - pull * rope_leverage(parameters, alpha)
     return (
-        ca.Function("rates", [alpha, omega, hauled, later], [acceleration], {"cse": True}),
-        ca.Function("balance", [alpha, hauled], [ca.densify(pull), ca.densify(back)]),
+        ca.Function("rates", [alpha, omega, wound, later], [acceleration], {"cse": True}),
+        ca.Function("balance", [alpha, wound], [ca.densify(pull), ca.densify(back)]),
     )
 
 
-def _rest(balance: ca.Function, hauled: float, angle: float) -> float:
+def _rest(balance: ca.Function, wound: float, angle: float) -> float:
     """The angle nearest to another one at which the truss rests on a rope that is held [rad]."""
     from scipy.optimize import brentq
 
     grid = np.linspace(angle - _NEAR, angle + _NEAR, _GRID)
-    back = elementwise(balance, grid, hauled + 0 * grid)[1].ravel()
+    back = elementwise(balance, grid, wound + 0 * grid)[1].ravel()
     stable = np.flatnonzero((back[:-1] < 0.0) & (back[1:] >= 0.0))
     if stable.size == 0:
         raise ModelError(
@@ -297,15 +297,15 @@ def _rest(balance: ca.Function, hauled: float, angle: float) -> float:
         )
     place = stable[np.argmin(np.abs(grid[stable] - angle))]
     ends = grid[place : place + 2].tolist()
-    return float(brentq(lambda one: float(balance(one, hauled)[1]), *ends, xtol=1e-14))
+    return float(brentq(lambda one: float(balance(one, wound)[1]), *ends, xtol=1e-14))
 
 
-def _above_rest(balance: ca.Function, hauled: float, rest: float, angle: float) -> float:
+def _above_rest(balance: ca.Function, wound: float, rest: float, angle: float) -> float:
     """Work that the truss gives back on its way to rest with the rope held [J]."""
     nodes, weights = gauss_legendre(_NODES)
     shares = (np.arange(_CELLS)[:, None] + nodes) / _CELLS
     alpha = rest + (angle - rest) * shares.ravel()
-    back = elementwise(balance, alpha, hauled + 0 * alpha)[1].reshape(shares.shape)
+    back = elementwise(balance, alpha, wound + 0 * alpha)[1].reshape(shares.shape)
     return float((angle - rest) * (back @ weights).mean())
 
 

@@ -149,9 +149,9 @@ def _by_differences(time: Array, angle: Array, wrong: Array, deployment: Deploym
         floors[f"peak-rope-{name}"] = proven_peak(time, length, off, order)
     if deployment.drive is not None and deployment.drive.drum_radius is not None:
         steps = np.maximum(np.abs(np.diff(length)) - off[1:] - off[:-1], 0.0) / np.diff(time)
-        hauled = float(rope_length(truss, truss.stowed_angle)) - length
+        wound = float(rope_length(truss, truss.stowed_angle)) - length
         # the radius of the drum at that instant is one between those of both rows
-        ends = [motor_speed(deployment.drive, steps, end) for end in (hauled[:-1], hauled[1:])]
+        ends = [motor_speed(deployment.drive, steps, end) for end in (wound[:-1], wound[1:])]
         floors["peak-motor-speed"] = float(np.min(ends, axis=0).max())
     return floors
 

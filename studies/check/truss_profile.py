@@ -30,7 +30,7 @@ FAR_BEYOND = 0.5  # [rad] past both ends: an angle of something else
 
 @dataclass(frozen=True, eq=False)
 class ReachableLaw(DerivedLaw):
-    """A law with noise taken back to what the truss can do: at most open, the rope hauled in.
+    """A law with noise taken back to what the truss can do: at most open, the rope wound in.
 
     Attributes
     ----------

@@ -45,7 +45,7 @@ class DesignSpace:
     free : names of the parameters.
     range : part of its stated value by which each may change, in either direction.
     holding_force : least force on each rope that holds the open truss [N].
-    stroke : most length that each rope is hauled in [m].
+    stroke : most length that each rope is wound in [m].
     stowed_height : most height of the stowed truss [m].
     starts : designs to start from, the stated one and others drawn from the range.
     seed : of these draws.

@@ -64,7 +64,7 @@ def on_the_rope(turned: Additions, course: Course, drum: Drum) -> Additions:
     or leave the climb at another moment, so that all of that term may be wrong for a while.
     """
     speed, acceleration, _ = course.peaks
-    radius = float(drum.radius_at(hauled_peaks(course, drum)[0]))
+    radius = float(drum.radius_at(wound_peaks(course, drum)[0]))
     climb = (speed + turned.speed) ** 2 * drum.steepest
     more = (turned.acceleration_gain - 1.0) * acceleration + turned.acceleration
     layered = drum.growth > 0.0
@@ -77,9 +77,9 @@ def on_the_rope(turned: Additions, course: Course, drum: Drum) -> Additions:
     )
 
 
-def hauled_peaks(course: Course, drum: Drum) -> tuple[float, float, float]:
+def wound_peaks(course: Course, drum: Drum) -> tuple[float, float, float]:
     """The most rope, rope speed and rope acceleration of the turn of a drum [m, m/s, m/s^2]."""
-    rows: Array = abs(drum.hauled(course.derivatives(course.grid(SAMPLES))))
+    rows: Array = abs(drum.wound(course.derivatives(course.grid(SAMPLES))))
     return float(rows[0].max()), float(rows[1].max()), float(rows[2].max())
 
 

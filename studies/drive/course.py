@@ -35,14 +35,14 @@ PREDICTED = "predicted angle: the motion was found for a torque, and its angle f
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """What a yielding rope is hauled in more than the mechanism takes.
+    """What a yielding rope is wound in more than the mechanism takes.
 
     Attributes
     ----------
     derivatives : maps times (m,) to the rope's stretch since the stowed truss was at rest, with
         three derivatives, (4, m) [m].
     missed : the most of the tension that it does not account for [N]: a step takes no time.
-    on_the_drum : about the most that it leaves out [m]: hauled in, a rope keeps the stretch that
+    on_the_drum : about the most that it leaves out [m]: wound in, a rope keeps the stretch that
         it had at the motor.
     """
 
@@ -136,7 +136,7 @@ def _inside(left: float, right: float) -> tuple[float, float]:
 
 
 def rope_course(law: Law, truss: TrussParameters) -> Course:
-    """The rope that one motor has hauled in, x = L(alpha_0) - L(alpha), (20).
+    """The rope that one motor has wound in, x = L(alpha_0) - L(alpha), (20).
 
     It counts from the stowed ring wherever the motion starts, as the drum does.
 
@@ -198,7 +198,7 @@ def switch_times(law: Law) -> tuple[float, ...]:
 
 
 def drum_course(course: Course, drum: Drum) -> Course:
-    """The turn of the drum that hauls a rope in as a course says.
+    """The turn of the drum that winds a rope in as a course says.
 
     Where a climb begins or ends the drum's acceleration jumps: these times are switches, too.
     """

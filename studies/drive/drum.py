@@ -71,8 +71,8 @@ class Drum:
             return np.asarray(self.radius * turn)
         layer, level, climb = self._place_of(turn)
         inner = self.radius + layer * self.growth
-        hauled = inner * (level + climb) + self.growth * climb**2 / (2 * TURN)
-        return np.asarray(self._held(layer) + hauled)
+        wound = inner * (level + climb) + self.growth * climb**2 / (2 * TURN)
+        return np.asarray(self._held(layer) + wound)
 
     def turned(self, rope: Array) -> Array:
         """Turn, speed, acceleration and jerk of the drum (4, m), from those of the rope (4, m)."""
@@ -82,7 +82,7 @@ class Drum:
         jerk = (rope[3] - 3 * slope * speed * acceleration) / radius
         return np.stack([self.turn_at(rope[0]), speed, acceleration, jerk])
 
-    def hauled(self, turned: Array) -> Array:
+    def wound(self, turned: Array) -> Array:
         """The rope's motion (4, m) from that of the drum (4, m)."""
         turn, speed, acceleration, jerk = turned
         rope, slope = self.rope_at(turn), self._slope(turn)

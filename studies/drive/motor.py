@@ -1,6 +1,6 @@
 """What a motor does for a rope: its speed and torque, and what its curve leaves of them.
 
-Symbols: s [m] rope hauled in, v [m/s] its speed, F [N] its tension at the drum; r [m] radius of
+Symbols: s [m] rope wound in, v [m/s] its speed, F [N] its tension at the drum; r [m] radius of
 the drum at the rope's centre line, as `studies.drive.drum` has it, and theta [rad] its turn; N gear
 ratio, eta efficiency, I [kg m^2] inertia of the rotor.
 
@@ -21,39 +21,39 @@ from typing import Any
 from studies.drive.schema import Drive
 
 
-def motor_speed(drive: Drive, speed: Any, hauled: Any) -> Any:
+def motor_speed(drive: Drive, speed: Any, wound: Any) -> Any:
     """Speed of the shaft [rad/s]."""
-    return drive.gear_ratio * speed / drive.drum.radius_at(hauled)
+    return drive.gear_ratio * speed / drive.drum.radius_at(wound)
 
 
-def rotor_mass(drive: Drive | None, hauled: Any) -> Any:
+def rotor_mass(drive: Drive | None, wound: Any) -> Any:
     """The mass m on the rope that the rotor acts as [kg]; 0 without one."""
     if drive is None or drive.motor_inertia == 0.0:
         return 0.0
     return (
         drive.efficiency
         * drive.motor_inertia
-        * (drive.gear_ratio / drive.drum.radius_at(hauled)) ** 2
+        * (drive.gear_ratio / drive.drum.radius_at(wound)) ** 2
     )
 
 
-def rotor_force(drive: Drive | None, speed: Any, acceleration: Any, hauled: Any) -> Any:
+def rotor_force(drive: Drive | None, speed: Any, acceleration: Any, wound: Any) -> Any:
     """What the rotor adds to the force of the motor on its rope [N]; 0 without one.
 
     Parameters
     ----------
-    speed, acceleration, hauled : of the rope that is hauled in [m/s, m/s^2], and its length [m].
+    speed, acceleration, wound : of the rope that is wound in [m/s, m/s^2], and its length [m].
     """
     if drive is None or drive.motor_inertia == 0.0:
         return 0.0
     drum = drive.drum
-    rim = drum.radius_at(hauled) * drum.acceleration_at(hauled, speed, acceleration)
-    return rotor_mass(drive, hauled) * rim
+    rim = drum.radius_at(wound) * drum.acceleration_at(wound, speed, acceleration)
+    return rotor_mass(drive, wound) * rim
 
 
-def motor_torque(drive: Drive, force: Any, hauled: Any) -> Any:
+def motor_torque(drive: Drive, force: Any, wound: Any) -> Any:
     """Torque of the shaft [N m] for a force of the motor on its rope, its rotor included."""
-    return force * drive.drum.radius_at(hauled) / (drive.gear_ratio * drive.efficiency)
+    return force * drive.drum.radius_at(wound) / (drive.gear_ratio * drive.efficiency)
 
 
 def motor_turn(drive: Drive, travel: float) -> float:
@@ -66,7 +66,7 @@ def rope_force_of(drive: Drive, torque: float) -> float:
     return torque * drive.gear_ratio * drive.efficiency / drive.radius
 
 
-def rope_force_at(drive: Drive, speed: Any, hauled: Any) -> list[Any]:
+def rope_force_at(drive: Drive, speed: Any, wound: Any) -> list[Any]:
     """What the limits of a motor leave for its rope [N]: the least of what is returned.
 
     The lines of the torque-speed curve go on beyond their corners. The curve is concave, so that
@@ -74,7 +74,7 @@ def rope_force_at(drive: Drive, speed: Any, hauled: Any) -> list[Any]:
 
     Parameters
     ----------
-    speed, hauled : of the shaft [rad/s] and rope on the drum [m].
+    speed, wound : of the shaft [rad/s] and rope on the drum [m].
     """
     torques: list[Any] = [] if drive.motor_torque is None else [drive.motor_torque]
     corners = drive.torque_speed or ()
@@ -82,7 +82,7 @@ def rope_force_at(drive: Drive, speed: Any, hauled: Any) -> list[Any]:
         torques.append(corners[0][1])
     for (slow, high), (fast, low) in pairwise(corners):
         torques.append(high - (high - low) / (fast - slow) * (speed - slow))
-    leverage = drive.gear_ratio * drive.efficiency / drive.drum.radius_at(hauled)
+    leverage = drive.gear_ratio * drive.efficiency / drive.drum.radius_at(wound)
     return [torque * leverage for torque in torques]
 
 

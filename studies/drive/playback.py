@@ -112,15 +112,15 @@ def played(course: Course, points: SetPoints, drive: Drive, kind: str | None = N
     return Playback(time, motion, raw, bound, most, end, output.derivatives)
 
 
-def hauled(played: Playback, drum: Drum) -> Playback:
+def wound(played: Playback, drum: Drum) -> Playback:
     """The same with the motion of the rope, of a table that turns a drum.
 
     What is said of the table itself stays that of the drum's turn.
     """
     return dataclasses.replace(
         played,
-        motion=drum.hauled(played.motion),
-        at=lambda time: drum.hauled(played.at(time)),
+        motion=drum.wound(played.motion),
+        at=lambda time: drum.wound(played.at(time)),
     )
 
 
@@ -142,7 +142,7 @@ def relieved(course: Course, points: SetPoints, drum: Drum | None = None) -> Set
         return points
     rows = np.zeros((4, points.times.size))
     rows[:3] = points.positions, points.velocities, points.accelerations
-    rope = rows if drum is None else drum.hauled(rows)
+    rope = rows if drum is None else drum.wound(rows)
     rope = rope - course.stretch.derivatives(points.times)
 
     position, velocity, acceleration, _ = rope if drum is None else drum.turned(rope)
@@ -264,17 +264,17 @@ class TrussPlayback:
 
 
 def on_the_truss(
-    motion: Array, truss: TrussParameters, hauling: Array | None = None
+    motion: Array, truss: TrussParameters, winding: Array | None = None
 ) -> TrussPlayback:
     """Replay a rope's motion (4, n) on the truss.
 
     The rope's length gives the angle, and its rates those of the angle. Where the rope pays out,
-    the sense of its friction is kept: the model's force holds for a rope that is hauled in.
+    the sense of its friction is kept: the model's force holds for a rope that is wound in.
 
     Parameters
     ----------
-    hauling : speed at which the motor hauls (n,) [m/s], where it is not that of the motion: it
-        hauls in the stretch of its rope, too.
+    winding : speed at which the motor winds (n,) [m/s], where it is not that of the motion: it
+        winds in the stretch of its rope, too.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def on_the_truss(
     acceleration = np.where(np.isnan(motion[2]), np.nan, acceleration)
     bent = 3 * curvature * speed * acceleration + rope_third(truss, angle) * speed**3
     jerk = (-motion[3] - bent) / slope
-    hauling = motion[1] if hauling is None else hauling
+    winding = motion[1] if winding is None else winding
     forwards = np.maximum(speed, 0.0)
     row = along(truss, angle)
     # (38); all terms but the viscous one are even in the speed
@@ -303,7 +303,7 @@ def on_the_truss(
         force=force,
         far_end=force * row[4],
         mean_tension=force * row[5],
-        power=2 * force * np.maximum(hauling, 0.0),
+        power=2 * force * np.maximum(winding, 0.0),
         reaction=row[6] * speed**2 + row[7] * acceleration,
         energy=row[8] * speed**2,
     )
@@ -372,8 +372,8 @@ def extremes_on_the_truss(
 
 def _rotor_force(played: Playback, drive: Drive) -> Any:
     """What the rotor takes of the motor's force on its rope [N]: it moves as the drum does."""
-    hauled, speed, acceleration, _ = played.motion
-    return rotor_force(drive, speed, acceleration, hauled)
+    wound, speed, acceleration, _ = played.motion
+    return rotor_force(drive, speed, acceleration, wound)
 
 
 def _greatest(row: Array, time: Array) -> tuple[float, float]:
@@ -390,10 +390,10 @@ def motor_peaks(
 
     Of a motor with a rotor also the force on its rope, that of the rotor included.
     """
-    hauled, speed = played.motion[0], np.abs(played.motion[1])
+    wound, speed = played.motion[0], np.abs(played.motion[1])
     force = truss.force + _rotor_force(played, drive)
-    torque = motor_torque(drive, force, hauled)
-    rows = {"speed": motor_speed(drive, speed, hauled), "torque": torque}
+    torque = motor_torque(drive, force, wound)
+    rows = {"speed": motor_speed(drive, speed, wound), "torque": torque}
     shares = shares_of_the_curve(drive, rows["speed"], torque)
     if shares:
         rows["load"] = np.max(shares, axis=0)

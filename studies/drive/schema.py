@@ -79,7 +79,7 @@ def _corners(name: str, value: Any) -> Corners:
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """A position-controlled drive that hauls in a rope, or turns a joint.
+    """A position-controlled drive that winds in a rope, or turns a joint.
 
     Attributes
     ----------
@@ -100,10 +100,10 @@ class Drive:
     motor_speed, motor_torque : limits of one motor's shaft [rad/s, N m]; a rope has a motor.
     motor_inertia : of one motor's rotor about its shaft [kg m^2].
     torque_speed : corners (speed, torque) of what one motor can do [rad/s, N m], by rising speed.
-    rope_stiffness : of one rope [N/m], the motor's pull per metre hauled in while the truss stands;
-        exports haul the stretch in beforehand.
+    rope_stiffness : of one rope [N/m], the motor's pull per metre wound in while the truss stands;
+        exports wind the stretch in beforehand.
     rope_yields : where it gives; along its length, the mean tension stretches it and not the pull.
-    plan_stretch : whether an optimum of the truss hauls that stretch in with it.
+    plan_stretch : whether an optimum of the truss winds that stretch in with it.
     rope_delay : by which the motor of one rope may be behind the other's, for what comes of it [s].
     tension_ramp : over which that tension is averaged, since no motor follows a step of it [s].
     start_dwell, end_dwell : rest before and after the motion [s].

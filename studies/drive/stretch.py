@@ -1,9 +1,9 @@
-"""The stretch of a rope that yields under its tension, hauled in beforehand.
+"""The stretch of a rope that yields under its tension, wound in beforehand.
 
 A drive that gives at the motor is stretched by the motor's pull. The pulleys take of that pull, so
 that the tension falls along the rope: what counts for a rope that gives along its length is its
 mean over that length.
-A step of the tension would need an infinite speed of the motor. So the stretch that is hauled in is
+A step of the tension would need an infinite speed of the motor. So the stretch that is wound in is
 that of a tension which is averaged twice over a time, the ramp: it has a speed and an acceleration.
 At the start the average looks back, at the end it looks ahead. So the motor rests at both.
 """
@@ -135,7 +135,7 @@ def _on_the_drum(course: Course, truss: TrussParameters, drive: Drive) -> float:
     """The most by which tension times share of the rope is off at the motor's drum [N].
 
     The stretch takes the rope on the drum to have the mean tension that the free rope has now. It
-    keeps the tension with which it was hauled in. Before the course that is taken as that of rest.
+    keeps the tension with which it was wound in. Before the course that is taken as that of rest.
     A rope that gives at the motor only has no stretch on its drum.
     """
     if drive.rope_yields == "at the motor":
@@ -151,9 +151,9 @@ def _on_the_drum(course: Course, truss: TrussParameters, drive: Drive) -> float:
     return float(np.abs(kept).max() / rope_length(truss, truss.stowed_angle))
 
 
-def _work(hauled: Array, force: Array) -> Array:
-    """The integral of a force over the rope that is hauled in, (m,) [J]."""
-    steps = (force[1:] + force[:-1]) / 2 * np.diff(hauled)
+def _work(wound: Array, force: Array) -> Array:
+    """The integral of a force over the rope that is wound in, (m,) [J]."""
+    steps = (force[1:] + force[:-1]) / 2 * np.diff(wound)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 

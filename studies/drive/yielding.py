@@ -67,8 +67,8 @@ def _cubics(edges: Array, values: Array, slopes: Array) -> Array:
 def _frequencies(exact: Playback, edges: Array, truss: TrussParameters, drive: Drive) -> Array:
     """Natural frequency of the truss on its rope in each piece (pieces,) [rad/s]."""
     stowed = float(rope_length(truss, truss.stowed_angle))
-    hauled = exact.at((edges[1:] + edges[:-1]) / 2)[0]
-    angle = angle_from_rope_length(truss, stowed - hauled)
+    wound = exact.at((edges[1:] + edges[:-1]) / 2)[0]
+    angle = angle_from_rope_length(truss, stowed - wound)
     row, (slope, _) = along(truss, angle), rope_slopes(truss, angle)
     ratio = 1.0 if drive.rope_yields == "at the motor" else row[5]
     frequency: Array = np.sqrt(stiffness_of(drive, truss) * -slope / (row[3] * ratio))

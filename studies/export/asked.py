@@ -88,8 +88,8 @@ class Asked:
         source, options = self.source, self.options
         layered = drive.rope_diameter is not None and source.truss is not None
         signal = options.signal or (DRUM if layered else None)
-        hauling = signal == DRUM and source.truss is not None
-        course = source.course("rope" if hauling else signal)
+        winding = signal == DRUM and source.truss is not None
+        course = source.course("rope" if winding else signal)
         within = self.positive("stop_within")
         if options.stop_at is not None:
             course = stop_course(course, self._time("stop_at"), drive, within)
@@ -101,7 +101,7 @@ class Asked:
             course = resume_from(course, stands, drive, self.positive("resume_within"))
         if source.truss is not None and course.signal == "rope":
             course = stretched(course, source.truss, drive)
-        if hauling:
+        if winding:
             course = drum_course(course, drive.drum)
         return with_dwells(course, drive.start_dwell, drive.end_dwell)
 

@@ -90,7 +90,7 @@ def beyond_caps(
     ----------
     output : of the rope.
     replayed : at the same times.
-    drive : whose motor hauls the rope in.
+    drive : whose motor winds the rope in.
     """
     capped = [key for key in QUANTITIES if cap_of(study, key) is not None]
     values = _values(output, replayed, drive, study, capped)

@@ -20,11 +20,11 @@ from studies.drive.playback import (
     TrussPlayback,
     at_common_times,
     extremes_on_the_truss,
-    hauled,
     motor_peaks,
     on_the_truss,
     played,
     relieved,
+    wound,
 )
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints, sampled
@@ -172,12 +172,12 @@ def round_trip(
         return played(course, table, drive, kind)
 
     def rope(table: SetPoints) -> Playback:
-        return axis(table) if drum is None else hauled(axis(table), drum)
+        return axis(table) if drum is None else wound(axis(table), drum)
 
     output = axis(points)
     values, unit, replayed = _of_the_axis(course, points, output), course.unit, None
     if drum is not None:
-        output, unit = hauled(output, drum), "m"
+        output, unit = wound(output, drum), "m"
         values |= _of_the_rope(output)
     breaches = _against_limits(output, drive, unit)
     beyond: tuple[BeyondCap, ...] = ()
@@ -215,7 +215,7 @@ def itself(
     time = course.grid(SAMPLES)
     rows, unit = course.derivatives(time), course.unit
     if course.signal == DRUM:
-        rows, unit = drive.drum.hauled(rows), "m"
+        rows, unit = drive.drum.wound(rows), "m"
     output = Playback(time, rows, math.nan, None, None, course.duration, course.derivatives)
     breaches = _against_limits(output, drive, unit)
     if truss is None or course.signal not in ("rope", DRUM):
@@ -252,7 +252,7 @@ def _of_the_axis(course: Course, points: SetPoints, output: Playback) -> dict[st
 
 
 def _of_the_rope(output: Playback) -> dict[str, Any]:
-    """What the rope does that a drum hauls in."""
+    """What the rope does that a drum winds in."""
     return {
         "peak rope speed [m/s]": output.peak(1)[0],
         "peak rope acceleration [m/s^2]": output.peak(2)[0],
@@ -261,9 +261,9 @@ def _of_the_rope(output: Playback) -> dict[str, Any]:
 
 
 def _of_the_stretch(course: Course, stretch: Stretch) -> dict[str, Any]:
-    """What a yielding rope is hauled in more, and the swing on it that this does not prevent."""
+    """What a yielding rope is wound in more, and the swing on it that this does not prevent."""
     return {
-        "largest stretch hauled in beforehand [m]": float(
+        "largest stretch wound in beforehand [m]": float(
             np.abs(stretch.derivatives(course.grid(SAMPLES))[0]).max()
         ),
         "most of the tension that it misses at a step [N]": stretch.missed,

@@ -21,7 +21,7 @@ def with_set_points(
     """The columns with those of the set-points beside them, and a result that knows their units.
 
     The position holds the stretch of a rope that yields, and is rounded to counts where the drive
-    has any. Of a drum, the rope that its turn hauls in is a column, too.
+    has any. Of a drum, the rope that its turn winds in is a column, too.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def with_set_points(
     """
     name, unit = SET_POINT.format(signal=course.signal), course.unit
     stretch = "" if course.stretch is None else ", with the stretch"
-    what = f"rope hauled in since the start{stretch}"
+    what = f"rope wound in since the start{stretch}"
     # a signal of another mechanism may have any name
     is_rope = source.truss is not None and course.signal == "rope"
     added = {

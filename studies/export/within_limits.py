@@ -17,7 +17,7 @@ from ocp import OcpError, solve
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
-from studies.drive.additions import additions, hauled_peaks, on_the_rope
+from studies.drive.additions import additions, on_the_rope, wound_peaks
 from studies.drive.course import DRUM, Course
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
@@ -46,7 +46,7 @@ _SMOOTHER = (
 def nearer(inside: Drive, breaches: Sequence[Breach | Slack]) -> Drive:
     """Lower limits for the next motion, after one that was found inside of `inside` broke limits.
 
-    What the bounds of `lowered` do not know adds to that motion: the stretch of a rope is hauled in
+    What the bounds of `lowered` do not know adds to that motion: the stretch of a rope is wound in
     with a speed and an acceleration of its own.
     """
     changes: dict[str, Any] = {}
@@ -76,7 +76,7 @@ def lowered(course: Course, points: SetPoints, drive: Drive, kind: str) -> tuple
     found, acceleration = additions(course, points, drive, kind), course.peaks[1]
     if course.signal == DRUM:
         found = on_the_rope(found, course, drive.drum)
-        _, _, acceleration = hauled_peaks(course, drive.drum)
+        _, _, acceleration = wound_peaks(course, drive.drum)
     gain, more = found.acceleration_gain, found.acceleration
 
     lower: dict[str, Any] = {

@@ -356,10 +356,10 @@ def _meaning(source: Source, course: Course) -> str:
     if course.signal == "rope":
         less = "" if course.stretch is None else ", less the stretch of the rope"
         return (
-            f"rope hauled in {since}; the column rope_length of a CSV export falls by as much{less}"
+            f"rope wound in {since}; the column rope_length of a CSV export falls by as much{less}"
         )
     if course.signal == DRUM:
-        return f"turn of the drum {since} if rope is hauled in"
+        return f"turn of the drum {since} if rope is wound in"
     return "angle"
 
 

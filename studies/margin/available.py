@@ -24,13 +24,13 @@ from studies.margin.schema import MarginRequirements
 
 
 def available_forces(
-    margin: MarginRequirements, drive: Drive | None, hauling: Any, hauled: Any
+    margin: MarginRequirements, drive: Drive | None, winding: Any, wound: Any
 ) -> list[Any]:
     """What the motor has for each rope before derating [N]: the least of what is returned.
 
     Parameters
     ----------
-    hauling, hauled : speed and length of the rope that is hauled in [m/s, m].
+    winding, wound : speed and length of the rope that is wound in [m/s, m].
 
     Returns
     -------
@@ -43,7 +43,7 @@ def available_forces(
         return []
     limits: list[Any] = [] if drive.force is None else [drive.force]
     if drive.drum_radius is not None:
-        limits += rope_force_at(drive, motor_speed(drive, hauling, hauled), hauled)
+        limits += rope_force_at(drive, motor_speed(drive, winding, wound), wound)
     return limits
 
 
@@ -66,8 +66,8 @@ def needed_at_standstill(
     if first is None:
         return ()
     alpha, omega, _ = motion
-    hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
-    limits = available_forces(margin, drive, -rope_speed(truss, alpha, omega), hauled)
+    wound = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
+    limits = available_forces(margin, drive, -rope_speed(truss, alpha, omega), wound)
     constant = [limit for limit in limits if isinstance(limit, float)]
     falling = [first - limit for limit in limits if not isinstance(limit, float)]
 

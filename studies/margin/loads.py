@@ -101,9 +101,9 @@ def with_pulleys(case: LoadCase, force: Any, alpha: Any) -> Any:
 def of_the_rotor(drive: Drive | None, truss: TrussParameters, motion: Motion) -> Any:
     """R [N on each rope] of angle, speed and acceleration, without a factor; 0 without a rotor."""
     alpha, omega, _ = motion
-    hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
-    hauling = -rope_speed(truss, alpha, omega), -rope_acceleration(truss, *motion)
-    return rotor_force(drive, *hauling, hauled)
+    wound = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
+    winding = -rope_speed(truss, alpha, omega), -rope_acceleration(truss, *motion)
+    return rotor_force(drive, *winding, wound)
 
 
 def required_forces(

@@ -185,15 +185,15 @@ def _available(
 ) -> Array | None:
     """What the motor can pull on each rope before derating (m,) [N]; None where it is not said."""
     stowed = float(rope_length(truss, truss.stowed_angle))
-    hauled = stowed - _row(rope_length(truss, ca.DM(angle)))
-    hauling = -_row(rope_speed(truss, ca.DM(angle), ca.DM(speed)))
-    limits = available_forces(margin, drive, hauling, hauled)
+    wound = stowed - _row(rope_length(truss, ca.DM(angle)))
+    winding = -_row(rope_speed(truss, ca.DM(angle), ca.DM(speed)))
+    limits = available_forces(margin, drive, winding, wound)
     if not limits:
         return None
     found: Array = np.min([limit + 0.0 * angle for limit in limits], axis=0)
     if margin.available is None and drive is not None and drive.torque_speed is not None:
         fastest = drive.torque_speed[-1][0]  # beyond it the motor has nothing
-        found[motor_speed(drive, hauling, hauled) > fastest] = 0.0
+        found[motor_speed(drive, winding, wound) > fastest] = 0.0
     return found
 
 

@@ -217,8 +217,8 @@ def restart_in_words(deployment: Deployment) -> tuple[str, ...]:
         return ()
     truss = deployment.truss
     ridge = static_peak(truss, deployment.opening)
-    hauled = float(rope_length(truss, truss.stowed_angle) - rope_length(truss, ridge.angle))
-    torque = float(motor_torque(drive, ridge.force, hauled))
+    wound = float(rope_length(truss, truss.stowed_angle) - rope_length(truss, ridge.angle))
+    torque = float(motor_torque(drive, ridge.force, wound))
     return (
         f"The motor's force is at most {peak:.4g} N, its rotor included. To restart from "
         f"standstill at {math.degrees(ridge.angle):.2f} deg it needs {ridge.force:.4g} N, "

@@ -164,7 +164,7 @@ class Instant:
 
     @cached_property
     def rope_speed(self) -> Any:
-        """At which one rope is hauled in."""
+        """At which one rope is wound in."""
         alpha, omega, _ = self._motion
         return -rope_speed(self.signals.truss, alpha, omega)
 
@@ -232,13 +232,13 @@ class Instant:
     @cached_property
     def motor(self) -> MotorAtWork:
         """One motor, with its reserve."""
-        truss, hauling = self.signals.truss, (self.rope_speed, -self.rope_acceleration)
+        truss, winding = self.signals.truss, (self.rope_speed, -self.rope_acceleration)
         if (more := self.reserve) is not None:
-            hauling = self.rope_speed + more.speed, more.acceleration - self.rope_acceleration
+            winding = self.rope_speed + more.speed, more.acceleration - self.rope_acceleration
         stowed, length = (
             rope_length(truss, angle) for angle in (truss.stowed_angle, self.signals.angle.symbol)
         )
-        return MotorAtWork(self.study.drive, self._pull, *hauling, stowed - length)
+        return MotorAtWork(self.study.drive, self._pull, *winding, stowed - length)
 
     @property
     def needed_of_the_motor(self) -> tuple[Any, ...]:

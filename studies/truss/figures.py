@@ -215,7 +215,7 @@ def force_figure(deployments: Sequence[Deployment], caps: Caps | None = None) ->
     for share, shade in zip(MU_SWEEP, SHADES, strict=True):
         t, mu = times(first), share * largest
         motion, rubbing = first.law.motion(t), with_friction(first, mu).truss
-        # friction is modelled for a rope that is hauled in; a measured motion may run back
+        # friction is modelled for a rope that is wound in; a measured motion may run back
         speed = np.maximum(motion.speed, 0.0)
         truss = evaluate_motion(rubbing, motion.angle, speed, motion.acceleration)
         axes[1].plot(t, truss.rope_force, color=shade, label=f"μ = {mu:g}")

@@ -18,20 +18,20 @@ class MotorAtWork:
     ----------
     drive : None where none is stated.
     pull : of the rope [N].
-    speed, acceleration : at which the rope is hauled in [m/s, m/s^2].
-    hauled : rope on the drum [m].
+    speed, acceleration : at which the rope is wound in [m/s, m/s^2].
+    wound : rope on the drum [m].
     """
 
     drive: Drive | None
     pull: Any
     speed: Any
     acceleration: Any
-    hauled: Any
+    wound: Any
 
     @cached_property
     def force(self) -> Any:
         """On its rope, that of its rotor included [N]."""
-        return self.pull + rotor_force(self.drive, self.speed, self.acceleration, self.hauled)
+        return self.pull + rotor_force(self.drive, self.speed, self.acceleration, self.wound)
 
     @property
     def power(self) -> Any:
@@ -46,12 +46,12 @@ class MotorAtWork:
     @cached_property
     def shaft_speed(self) -> Any:
         """Of its shaft [rad/s]."""
-        return motor_speed(self._on_a_drum, self.speed, self.hauled)
+        return motor_speed(self._on_a_drum, self.speed, self.wound)
 
     @cached_property
     def torque(self) -> Any:
         """Of its shaft [N m]."""
-        return motor_torque(self._on_a_drum, self.force, self.hauled)
+        return motor_torque(self._on_a_drum, self.force, self.wound)
 
     @property
     def torques(self) -> tuple[Any, ...]:

@@ -253,7 +253,7 @@ def _arm_signals(moved: ArmMotion, signals: Signals) -> ArmSignals:
 
 
 def _jump_at_net(signals: Signals) -> Mapping[Any, Any] | None:
-    """The jerk after the net became taut, if the motor hauls in evenly; None if it may jump."""
+    """The jerk after the net became taut, if the motor winds in evenly; None if it may jump."""
     if signals.snap is None or signals.jerk is None:
         return None
     step = jerk_step_at_net(signals.truss, signals.speed.symbol)
@@ -318,7 +318,7 @@ def _signals(
     if drive == "jerk":
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
         steepest = caps.most("peak-jerk")
-        if study.plans_stretch:  # what is hauled in has no step of its speed, nor has the jerk
+        if study.plans_stretch:  # what is wound in has no step of its speed, nor has the jerk
             state = State("jerk", "rad/s^3", lower=-steepest, upper=steepest)
             snap = Control("snap", "rad/s^4", piecewise="constant")
             return Signals(truss, angle, speed, acceleration, state, None, pull, snap=snap)

@@ -8,10 +8,10 @@ import numpy as np
 
 from models.errors import ModelError
 from models.truss import (
-    HauledRope,
     LeastStiffness,
     RopeSwing,
     TrussParameters,
+    WoundRope,
     least_rope_stiffness,
     rope_mode_frequency,
     whole_opening,
@@ -45,13 +45,13 @@ def rope_of(deployment: Deployment) -> Parts:
             found += _behind_in_words(behind, drive, end)
             numbers |= {f"one_behind_{name}": value for name, value in _as_numbers(behind).items()}
         if drive.plan_stretch:
-            hauled = HauledRope.of(truss, deployment.law, stiffness, yields)
-            found = (_hauled_in_words(hauled), *found)
-            checks = _within_the_drive(hauled, drive)
+            wound = WoundRope.of(truss, deployment.law, stiffness, yields)
+            found = (_wound_in_words(wound), *found)
+            checks = _within_the_drive(wound, drive)
             numbers |= {
-                "hauled_peak_speed": hauled.peak_speed,
-                "hauled_peak_acceleration": hauled.peak_acceleration,
-                "hauled_end_speed": hauled.end_speed,
+                "wound_peak_speed": wound.peak_speed,
+                "wound_peak_acceleration": wound.peak_acceleration,
+                "wound_end_speed": wound.end_speed,
             }
     except ModelError as error:
         found, numbers = (f"The swing of this motion on its ropes is unknown: {error}",), {}
@@ -88,14 +88,14 @@ def _stability(stiffness: float, yields: str, least: LeastStiffness) -> str:
     )
 
 
-def _within_the_drive(hauled: HauledRope, drive: Drive) -> tuple[Criterion, ...]:
-    """The drive's limits on all that it hauls in: the optimum keeps them for the truss alone."""
+def _within_the_drive(wound: WoundRope, drive: Drive) -> tuple[Criterion, ...]:
+    """The drive's limits on all that it winds in: the optimum keeps them for the truss alone."""
     limits = (
-        ("speed of the rope wound in", "m/s", hauled.peak_speed, drive.speed),
+        ("speed of the rope wound in", "m/s", wound.peak_speed, drive.speed),
         (
             "acceleration of the rope wound in",
             "m/s^2",
-            hauled.peak_acceleration,
+            wound.peak_acceleration,
             drive.acceleration,
         ),
     )
@@ -104,11 +104,11 @@ def _within_the_drive(hauled: HauledRope, drive: Drive) -> tuple[Criterion, ...]
     )
 
 
-def _hauled_in_words(hauled: HauledRope) -> str:
+def _wound_in_words(wound: WoundRope) -> str:
     return (
         "The plan includes the stretch of the ropes: the motor winds them in with up to "
-        f"{hauled.peak_speed:.4g} m/s and {hauled.peak_acceleration:.4g} m/s^2, and with "
-        f"{hauled.end_speed:.2g} m/s at both ends. Its power and torque are those for rigid ropes."
+        f"{wound.peak_speed:.4g} m/s and {wound.peak_acceleration:.4g} m/s^2, and with "
+        f"{wound.end_speed:.2g} m/s at both ends. Its power and torque are those for rigid ropes."
     )
 
 

@@ -124,13 +124,13 @@ def _levels(result: Result, quantities: Sequence[str], signed: bool) -> tuple[Le
 
 
 def _force_against_speed(profiles: Mapping[str, Mapping[str, Array]]) -> Chart:
-    """What a motor must give: force on the rope against the speed at which it is hauled in."""
+    """What a motor must give: force on the rope against the speed at which it is wound in."""
     curves = []
     for law, columns in profiles.items():
         if {"motor_force", "rope_speed"} <= columns.keys():
-            places = {"haul": -columns["rope_speed"], TIME: columns["time"]}
+            places = {"wind": -columns["rope_speed"], TIME: columns["time"]}
             curves.append(Curve(law, places, columns["motor_force"]))
-    axis = ChartAxis("haul", "speed at which the rope is wound in", "m/s")
+    axis = ChartAxis("wind", "speed at which the rope is wound in", "m/s")
     return Chart(
         "truss-force-speed",
         "force on the rope against speed",

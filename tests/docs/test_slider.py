@@ -73,7 +73,7 @@ def test_the_slider_runs_and_is_reported_exported_checked_and_swept(
     table = (tmp_path / "rope.pvt").read_text("utf-8")
     assert "signal = rope [m]" in table
     assert "position = way since the start\n" in table
-    assert "hauled in" not in (tmp_path / "rows.json").read_text("utf-8")
+    assert "wound in" not in (tmp_path / "rows.json").read_text("utf-8")
     last = float(table.splitlines()[-1].split(",")[1])
     assert last == pytest.approx(np.sqrt(2) - np.sqrt(10), abs=2e-6)  # a count of 1.9e-6 m
 

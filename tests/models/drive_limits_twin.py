@@ -21,11 +21,11 @@ from tests.models.drive_twin import (
     Drive,
     damping,
     derivative,
-    hauled,
     inertia,
     leverage,
     loads,
     rope_acceleration,
+    wound,
 )
 
 OPEN = np.pi / 2
@@ -89,9 +89,9 @@ def required_torque(
     parts = loads(p, alpha, rate, acceleration)
     names = STATIC if static else tuple(parts)
     resisting = sum(asked.factored(name, parts[name]) for name in names)
-    free = resisting / (2 * hauled(p, alpha)) + asked.factored("holding", asked.holding)
+    free = resisting / (2 * wound(p, alpha)) + asked.factored("holding", asked.holding)
 
-    pulleys = free * (2 * hauled(p, alpha) / leverage(p, alpha) - 1)
+    pulleys = free * (2 * wound(p, alpha) / leverage(p, alpha) - 1)
     pull = (free + asked.factored("pulleys", pulleys)) / drive.efficiency
     if not static:
         rotor = drive.rope_mass * rope_acceleration(p, alpha, rate, acceleration)
@@ -133,9 +133,9 @@ def work_bound(p: Any, duration: float = np.inf, order: int = 60) -> float:
     for left, right in ((p.stowed_angle, p.net_angle), (p.net_angle, OPEN)):
         alpha = (left + right) / 2 + (right - left) / 2 * nodes
         step = weights * (right - left) / 2
-        h = hauled(p, alpha) / leverage(p, alpha)
-        travel += np.sum(step * hauled(p, alpha))
-        work += np.sum(step * hauled(p, alpha) * static_force(p, alpha))
+        h = wound(p, alpha) / leverage(p, alpha)
+        travel += np.sum(step * wound(p, alpha))
+        work += np.sum(step * wound(p, alpha) * static_force(p, alpha))
         viscous += np.sum(step * np.sqrt(h * sum(damping(p, alpha))))
     return float((work + viscous**2 / duration) / travel)
 
@@ -194,8 +194,8 @@ def phase_plane(p: Any, drive: Drive, steps: int = STEPS) -> PhasePlane:
     potential = leverage(p, alpha) * static_force(p, alpha)
     bend = loads(p, alpha, still + 1, still)["inertia"]
     f, mass = leverage(p, alpha), drive.rope_mass
-    rotor_bend = mass * f * derivative(lambda at: hauled(p, at), alpha)
-    rotor = mass * f * hauled(p, alpha)
+    rotor_bend = mass * f * derivative(lambda at: wound(p, at), alpha)
+    rotor = mass * f * wound(p, alpha)
     columns = (potential, bend, sum(damping(p, alpha)), inertia(p, alpha), f, rotor_bend, rotor)
     return PhasePlane(alpha, np.stack(columns, axis=-1).tolist())
 

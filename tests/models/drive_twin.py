@@ -10,7 +10,7 @@ Derived from energy and virtual work, and not from the models, so that they can 
 - Drive: each of the two ropes has a motor with a gear and a drum. A motor turns by g s/r. Its gear
   loses a part of the power that goes to the rope.
 
-Symbols: alpha [rad] deployment angle; e [m] slider-to-end distance; s [m] rope hauled in, of one
+Symbols: alpha [rad] deployment angle; e [m] slider-to-end distance; s [m] rope wound in, of one
 rope; T1 [N] pull of the drum on one rope; r [m] drum, g [-] gear, eta [-] efficiency of the gear;
 I [kg m^2] rotor of one motor, m = I (g/r)^2 [kg] its mass as the rope feels it. A prime is a
 derivative by alpha. Angles, rates and accelerations are numbers or arrays of one shape.
@@ -139,7 +139,7 @@ def damping(p: Any, alpha: Array) -> tuple[Array, Array]:
 # --- the ropes ------------------------------------------------------------------------------------
 
 
-def hauled(p: Any, alpha: Array) -> Array:
+def wound(p: Any, alpha: Array) -> Array:
     """s' [m/rad]: the segments between slider and bar end, two of four, become shorter."""
     return -2 * p.modules * slider(p, alpha)[1]
 
@@ -197,8 +197,8 @@ def rope_force(p: Any, alpha: Array, rate: Array, acceleration: Array) -> Array:
 
 def rope_acceleration(p: Any, alpha: Array, rate: Array, acceleration: Array) -> Array:
     """Second derivative of s by time [m/s^2]."""
-    bend = derivative(lambda at: hauled(p, at), alpha)
-    return hauled(p, alpha) * acceleration + bend * rate**2
+    bend = derivative(lambda at: wound(p, at), alpha)
+    return wound(p, alpha) * acceleration + bend * rate**2
 
 
 def motor_force(p: Any, drive: Drive, alpha: Array, rate: Array, acceleration: Array) -> Array:
@@ -216,7 +216,7 @@ def shaft_torque(p: Any, drive: Drive, alpha: Array, rate: Array, acceleration: 
 
 def motor_speed(p: Any, drive: Drive, alpha: Array, rate: Array) -> Array:
     """Speed [rad/s] of each motor."""
-    return hauled(p, alpha) * rate * drive.gear / drive.drum_radius
+    return wound(p, alpha) * rate * drive.gear / drive.drum_radius
 
 
 def power(p: Any, drive: Drive, alpha: Array, rate: Array, acceleration: Array) -> Array:
@@ -227,7 +227,7 @@ def power(p: Any, drive: Drive, alpha: Array, rate: Array, acceleration: Array) 
 
 def inertia_with_rotors(p: Any, drive: Drive, alpha: Array) -> Array:
     """J + 2 m s'^2 [kg m^2]: twice the energy of the ring and of both rotors at 1 rad/s."""
-    return inertia(p, alpha) + 2 * drive.rope_mass * hauled(p, alpha) ** 2
+    return inertia(p, alpha) + 2 * drive.rope_mass * wound(p, alpha) ** 2
 
 
 def energy(p: Any, drive: Drive, alpha: Array, rate: Array) -> Array:
@@ -239,5 +239,5 @@ def energy(p: Any, drive: Drive, alpha: Array, rate: Array) -> Array:
 def dissipation(p: Any, drive: Drive, alpha: Array, rate: Array, acceleration: Array) -> Array:
     """Power [W] lost in joints, sliders, pulleys and both gears."""
     pull = rope_force(p, alpha, rate, acceleration)
-    gears = 2 * pull * hauled(p, alpha) * (1 / drive.efficiency - 1)
+    gears = 2 * pull * wound(p, alpha) * (1 / drive.efficiency - 1)
     return sum(damping(p, alpha)) * rate**2 + (pull * pulley_losses(p, alpha) + gears) * rate

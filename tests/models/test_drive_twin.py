@@ -48,15 +48,15 @@ def test_torque_speed_and_power(seed):
     parameters, twins, drive, motion, _ = drawn(seed)
     alpha, omega, acc = (ca.DM(row) for row in motion)
     rope = truss.rope_force(parameters, alpha, omega, acc)
-    hauling = -truss.rope_speed(parameters, alpha, omega)
+    winding = -truss.rope_speed(parameters, alpha, omega)
     faster = -truss.rope_acceleration(parameters, alpha, omega, acc)
-    force = rope + rotor_force(drive, hauling, faster, 0.0)
+    force = rope + rotor_force(drive, winding, faster, 0.0)
     torque = motor_torque(drive, force, 0.0).full().ravel()
-    speed = motor_speed(drive, hauling, 0.0).full().ravel()
+    speed = motor_speed(drive, winding, 0.0).full().ravel()
     close(torque, twin.shaft_torque(parameters, twins, *motion))
     close(speed, twin.motor_speed(parameters, twins, *motion[:2]))
     # power is that at the ropes, behind the gear
-    power = (2 * force * hauling).full().ravel() / drive.efficiency
+    power = (2 * force * winding).full().ravel() / drive.efficiency
     close(power, twin.power(parameters, twins, *motion))
     rotor = of_the_rotor(drive, parameters, (alpha, omega, acc)).full().ravel()
     close(rotor, rotor_mass(drive, 0.0) * twin.rope_acceleration(parameters, *motion))

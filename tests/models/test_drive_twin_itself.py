@@ -102,10 +102,10 @@ def test_inertia_of_the_ring_and_of_the_rotors():
     np.testing.assert_allclose(twin.inertia(as_printed, angles), [267.333, 0.32864], rtol=2e-5)
     assert ROTOR.rope_mass == pytest.approx(12.5)
     angles = np.radians([4.4, 20.0, 45.0, 80.0])
-    at_rope = twin.inertia(ROPES, angles) / (2 * twin.hauled(ROPES, angles) ** 2)
+    at_rope = twin.inertia(ROPES, angles) / (2 * twin.wound(ROPES, angles) ** 2)
     np.testing.assert_allclose(at_rope, [274, 12.6, 1.9, 0.11], rtol=0.02)
     both = twin.inertia_with_rotors(ROPES, ROTOR, angles) - twin.inertia(ROPES, angles)
-    np.testing.assert_allclose(both, 25.0 * twin.hauled(ROPES, angles) ** 2)
+    np.testing.assert_allclose(both, 25.0 * twin.wound(ROPES, angles) ** 2)
 
 
 @pytest.mark.parametrize(("law", "at_drum", "of_rope"), [(bezier, 45.3, 44.3), (step5, 48.5, 46.9)])
@@ -141,7 +141,7 @@ def test_bound_by_work():
     assert limits.work_bound(ROPES, 10.0) == pytest.approx(17.7, abs=0.05)
     alpha, rate, acceleration = bezier(TAU, 10.0)
     pull = twin.motor_force(ROPES, ROTOR, alpha, rate, acceleration)
-    work = np.trapezoid(pull * twin.hauled(ROPES, alpha) * rate, 10.0 * TAU)
+    work = np.trapezoid(pull * twin.wound(ROPES, alpha) * rate, 10.0 * TAU)
     assert work / (48 * (e[0] - e[1])) > limits.work_bound(ROPES, 10.0)
 
 
@@ -212,7 +212,7 @@ def test_the_phase_plane_is_a_motion_with_one_switch(drive):
             resisting = sum(twin.loads(ROPES, alpha, rate, 0 * rate).values())
             f = twin.leverage(ROPES, alpha) if pulling else 0.0
             driving = f * (force - mass * twin.rope_acceleration(ROPES, alpha, rate, 0 * rate))
-            moving = twin.inertia(ROPES, alpha) + mass * f * twin.hauled(ROPES, alpha)
+            moving = twin.inertia(ROPES, alpha) + mass * f * twin.wound(ROPES, alpha)
             return [rate, (driving - resisting) / moving]
 
         return derivatives

@@ -1,7 +1,7 @@
 """Ropes that give, against the twin of the drive: by virtual work, by an author who has not read
 the models.
 
-A motor that stands holds h, the rope that it has hauled in. The truss then feels the generalised
+A motor that stands holds h, the rope that it has wound in. The truss then feels the generalised
 force T1(h, alpha) f - U', and its slope, by a complex step, is the stiffness.
 """
 
@@ -52,10 +52,10 @@ def slope(p, alpha):
 def stiffness_felt(p, alpha, stiffness, yields):
     """K [N m/rad] with the motor at rest and h such that the truss is in balance."""
     pull = slope(p, alpha) / twin.leverage(p, alpha)
-    hauled = taken(p, alpha) + pull * stretching(p, alpha, yields) / stiffness
+    wound = taken(p, alpha) + pull * stretching(p, alpha, yields) / stiffness
 
     def force(at):
-        tension = stiffness * (hauled - taken(p, at)) / stretching(p, at, yields)
+        tension = stiffness * (wound - taken(p, at)) / stretching(p, at, yields)
         return tension * twin.leverage(p, at) - slope(p, at)
 
     return -twin.derivative(force, alpha)
@@ -123,8 +123,8 @@ def test_the_swing_of_a_fast_law(friction):
 
     def tension(time, angle):
         meant = law.motion(np.minimum([time], law.duration)).angle
-        hauled = first + taken(parameters, meant)
-        return np.maximum(0.0, stiffness * (hauled - taken(parameters, angle))).item()
+        wound = first + taken(parameters, meant)
+        return np.maximum(0.0, stiffness * (wound - taken(parameters, angle))).item()
 
     def right_side(time, state):
         angle, rate = state

@@ -56,7 +56,7 @@ def test_a_word_that_is_no_place_is_refused() -> None:
         Drive(rope_yields="at motor")
 
 
-def test_the_stretch_hauled_in_is_that_of_the_pull_or_of_the_mean_tension() -> None:
+def test_the_stretch_wound_in_is_that_of_the_pull_or_of_the_mean_tension() -> None:
     law, _ = paper_laws(RUBBED, 10.0)
     rigid = rope_course(law.law, RUBBED)
     k = 2e4
@@ -105,7 +105,7 @@ def test_one_motor_behind_the_other_in_words_and_in_a_figure() -> None:
     assert numbers["one_behind_swing_arrival_energy"] < 1e-8
     assert numbers["one_behind_swing_peak_force"] > 1.3 * law.values["peak-force"]
     assert numbers["one_behind_swing_slack_time"] > 1.0
-    # the stretch of open ropes is not hauled in where both follow rigid ropes
+    # the stretch of open ropes is not wound in where both follow rigid ropes
     assert numbers["swing_arrival_energy"] is None
 
     energy, force = rope_delay_figure(law).axes
@@ -137,13 +137,13 @@ def test_an_optimum_that_plans_its_stretch_ends_at_rest_on_its_ropes() -> None:
     )
     result = run(study, silent())
     rope = result.details["rope"]
-    # the truss is integrated anew on its ropes, with the rope that the motor hauls in
+    # the truss is integrated anew on its ropes, with the rope that the motor winds in
     assert rope["swing_angle_miss_deg"] < 1e-3
     assert rope["swing_peak_force"] == pytest.approx(result.value("peak-force"), rel=1e-4)
     assert rope["swing_energy_left"] < 1e-9
-    assert rope["hauled_end_speed"] < 1e-6 * rope["hauled_peak_speed"]
+    assert rope["wound_end_speed"] < 1e-6 * rope["wound_peak_speed"]
     # the stretch needs more than the drive has, and that is said
-    assert result.value("peak-rope-acceleration") < 2.5 < rope["hauled_peak_acceleration"]
+    assert result.value("peak-rope-acceleration") < 2.5 < rope["wound_peak_acceleration"]
     failed = [check.name for check in result.checks if not check.passed]
     assert failed == ["acceleration of the rope wound in"]
     # dearer than on rigid ropes, whose optimum is 39.68 N

@@ -67,18 +67,18 @@ def test_torque_and_power_are_those_of_the_turning_rotor(layers: dict[str, float
     law = paper_laws(ROPES, T, drive)[1]
     step = 1e-3
     time = np.linspace(0.5, 9.5, 181)
-    turns = [drive.drum.turn_at(law.motor(law.at(time + k * step)[1]).hauled) for k in (-1, 0, 1)]
+    turns = [drive.drum.turn_at(law.motor(law.at(time + k * step)[1]).wound) for k in (-1, 0, 1)]
     _, truss = law.at(time)
     motor = law.motor(truss)
     rate = (turns[2] - turns[0]) / (2 * step) * drive.gear_ratio
     bend = (turns[2] - 2 * turns[1] + turns[0]) / step**2 * drive.gear_ratio
 
-    radius = drive.drum.radius_at(motor.hauled)
+    radius = drive.drum.radius_at(motor.wound)
     by_hand = truss.rope_force * radius / (50.0 * 0.7) + 2e-6 * bend
     speed, torque = motor.shaft_speed, motor.torque
     # differences are off by step^2, and where a climb of a layer ends the acceleration jumps
     ends = np.array(drive.drum.corners(7.0))
-    away = np.abs(motor.hauled[:, None] - ends).min(axis=1, initial=1.0) > 0.01
+    away = np.abs(motor.wound[:, None] - ends).min(axis=1, initial=1.0) > 0.01
     assert speed == pytest.approx(rate, rel=1e-4)
     assert torque[away] == pytest.approx(by_hand[away], rel=2e-4)
     assert motor.power == pytest.approx(2 * 0.7 * torque * speed, rel=1e-9)

@@ -114,8 +114,8 @@ def test_the_fastest_motion_is_that_of_the_energies(start: float, rate: float, e
     U = [float(potential(SMOOTH, angle)) for angle in (opening.start, opening.end)]
 
     def driven(angle: float) -> float:
-        hauled = rope_travel(SMOOTH, Opening(opening.start, angle)) if angle > opening.start else 0
-        return begun + 2 * F * hauled - float(potential(SMOOTH, angle)) + U[0]
+        wound = rope_travel(SMOOTH, Opening(opening.start, angle)) if angle > opening.start else 0
+        return begun + 2 * F * wound - float(potential(SMOOTH, angle)) + U[0]
 
     def slowness(angle: float) -> float:
         energy = min(driven(angle), U[1] - float(potential(SMOOTH, angle)))
@@ -307,8 +307,8 @@ def test_a_drive_starts_where_the_rope_is() -> None:
     points = sampled(course, uniform_times(course, 0.01))
 
     assert points.positions[0] == pytest.approx(float(rope_taken(truss, opening.start)))
-    hauling = -float(rope_speed(truss, opening.start, opening.rate))
-    assert points.velocities[0] == course.start_speed == pytest.approx(hauling)
+    winding = -float(rope_speed(truss, opening.start, opening.rate))
+    assert points.velocities[0] == course.start_speed == pytest.approx(winding)
     assert points.velocities[-1] == 0.0
     for kind in ("spline", "hermite"):  # a loop that is under way as well adds no blow
         output = played(course, points, Drive(bandwidth=60.0), kind)

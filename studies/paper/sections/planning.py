@@ -258,13 +258,13 @@ def _rope(cases: Cases) -> list[Entry]:
     (smooth, other) = (deployment.at(t)[1] for deployment in (bezier, step5))
     # upper peak of the curve alone: the paper prints it as the peak of both signs
     positive = float(smooth.rope_acceleration.max())
-    hauled = float(smooth.rope_length[0] - smooth.rope_length[-1])
+    wound = float(smooth.rope_length[0] - smooth.rope_length[-1])
     speeds = [float(np.abs(motion.rope_speed).max()) for motion in (smooth, other)]
 
     return [
         not_readable(
             "Fig. 12(a): length of one rope that is wound in, kinematic set [m]",
-            hauled,
+            wound,
             "the text does not describe this curve",
         ),
         not_readable(

@@ -130,7 +130,7 @@ def _written_places(truss: TrussParameters, alpha: float, places: Array) -> Arra
 
 
 def _ropes(truss: TrussParameters) -> float:
-    """Motor power over the force on one rope times the speed at which that rope is hauled in."""
+    """Motor power over the force on one rope times the speed at which that rope is wound in."""
     motion = evaluate_motion(truss, [0.5], [0.1], [0.0])
     return float(-motion.motor_power[0] / (motion.rope_force[0] * motion.rope_speed[0]))
 

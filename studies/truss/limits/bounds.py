@@ -67,10 +67,10 @@ def path_of_angle(study: TrussStudy) -> Path:
 
 
 def path_of_rope(study: TrussStudy) -> Path:
-    """One rope, hauled in [m, m/s]."""
+    """One rope, wound in [m, m/s]."""
     truss, opening = study.truss, study.opening
-    hauling = -float(rope_speed(truss, opening.start, opening.rate)) if opening.rate else 0.0
-    return Path(rope_travel(truss, opening), hauling)
+    winding = -float(rope_speed(truss, opening.start, opening.rate)) if opening.rate else 0.0
+    return Path(rope_travel(truss, opening), winding)
 
 
 def path_of_centre(study: TrussStudy) -> Path:
@@ -125,13 +125,13 @@ def _parts_of_the_work(truss: TrussParameters, opening: Opening) -> tuple[float,
 def least_time_of_the_mechanism(study: TrussStudy) -> float:
     """Least time [s] under the caps of angle, rope, motors and arm, each kind by itself."""
     truss, caps, drive = study.truss, study.caps, study.drive
-    travel, hauling = path_of_rope(study)
+    travel, winding = path_of_rope(study)
     speeds = [caps.rope_speed]
     if caps.motor_speed is not None and drive is not None:  # at the mean radius of the drum
         speeds.append(caps.motor_speed * travel / motor_turn(drive, travel))
     fastest = min((cap for cap in speeds if cap is not None), default=None)
     of_the_rope = rate_caps(fastest, caps.rope_acceleration, caps.rope_jerk)
-    times = [least_time_of_angle(study), least_time(travel, of_the_rope, hauling)]
+    times = [least_time_of_angle(study), least_time(travel, of_the_rope, winding)]
     if caps.reaction is not None:
         way, momentum = path_of_centre(study)
         times.append(least_time(way, RateCaps(acceleration=caps.reaction), momentum))
@@ -323,9 +323,9 @@ def least_pull(study: TrussStudy, duration: float) -> float:
     The same holds of a rope whose ring is on an arm: the arm begins at rest, and where the ring is
     open the tip moves it no more (R' = 0).
     """
-    opening, (travel, hauling) = study.opening, path_of_rope(study)
+    opening, (travel, winding) = study.opening, path_of_rope(study)
     rotor = rotor_mass(study.drive, float(rope_taken(study.truss, opening.start)))
-    mean = (least_work(study, duration) - rotor * hauling**2) / (2 * travel)
+    mean = (least_work(study, duration) - rotor * winding**2) / (2 * travel)
     if not study.jerk_limited:
         return mean
     ends = (opening.end,) if opening.rate else (opening.start, opening.end)

@@ -1,6 +1,6 @@
 """Caps that no motion meets, by proof: closed forms, the ridge, the ropes' pull, the phase plane.
 
-Symbols: L [m] rope hauled in; T [s] longest duration; W [J] least work of the motors.
+Symbols: L [m] rope wound in; T [s] longest duration; W [J] least work of the motors.
 """
 
 from __future__ import annotations
@@ -248,9 +248,9 @@ def _unattained_speed(study: TrussStudy) -> Unattained | None:
     """The least rope speed where nothing slows the rope: a jump to the mean speed and back."""
     if any(getattr(study.caps, name) is not None for name in _SLOWING):
         return None
-    travel, hauling = path_of_rope(study)
+    travel, winding = path_of_rope(study)
     mean = travel / study.duration[1]
-    if hauling >= mean:  # it slows down
+    if winding >= mean:  # it slows down
         return None
     return Unattained(
         mean,

@@ -127,7 +127,7 @@ class Deployment:
     name : how tables and figures call it.
     law : angle over time.
     truss : its parameters.
-    drive : that hauls the ropes in; None where there is none.
+    drive : that winds the ropes in; None where there is none.
     margin : that is asked for; None where there is none.
     only : the quantities whose extremes are located, where the others are nobody's question.
     carrier : the arm that carries the ring; None where its fixed bar is held.
@@ -222,9 +222,9 @@ class Deployment:
 
     def motor(self, truss: TrussMotion) -> MotorAtWork:
         """One motor while the truss moves like this, (m,)."""
-        hauled = float(rope_length(self.truss, self.truss.stowed_angle)) - truss.rope_length
+        wound = float(rope_length(self.truss, self.truss.stowed_angle)) - truss.rope_length
         rows = truss.rope_force, -truss.rope_speed, -truss.rope_acceleration
-        return MotorAtWork(self.drive, *rows, hauled)
+        return MotorAtWork(self.drive, *rows, wound)
 
     def motor_energy(self) -> Array:
         """Energy that both motors have given so far, that of their rotors included (m,) [J].
@@ -239,22 +239,22 @@ class Deployment:
 
     @cached_property
     def rope_swing(self) -> RopeSwing:
-        """What the truss does on ropes that give; the motor hauls in what the law takes of them."""
+        """What the truss does on ropes that give; the motor winds in what the law takes of them."""
         stated = self.drive
         assert stated is not None
         assert stated.rope_stiffness is not None
         ropes = stated.rope_stiffness, stated.rope_yields
-        return rope_swing(self.truss, self.law, *ropes, hauls_stretch=stated.plan_stretch)
+        return rope_swing(self.truss, self.law, *ropes, winds_stretch=stated.plan_stretch)
 
     @cached_property
     def swing_with_one_behind(self) -> RopeSwing | None:
-        """The same with the stretch hauled in and one motor behind the other; None if none is."""
+        """The same with the stretch wound in and one motor behind the other; None if none is."""
         stated = self.drive
         if stated is None or stated.rope_stiffness is None or stated.rope_delay is None:
             return None
         ropes = stated.rope_stiffness, stated.rope_yields
         return rope_swing(
-            self.truss, self.law, *ropes, hauls_stretch=True, behind=stated.rope_delay
+            self.truss, self.law, *ropes, winds_stretch=True, behind=stated.rope_delay
         )
 
     def _located(self, grid: Array, sampled: Mapping[str, Array]) -> dict[str, Extreme]:

@@ -20,7 +20,6 @@ from models.truss import (
     DYNAMIC_SET,
     TrussParameters,
     evaluate_motion,
-    hauled_rope,
     inertia,
     inertia_slope,
     jerk_step_at_net,
@@ -28,6 +27,7 @@ from models.truss import (
     least_rope_stiffness,
     rope_mode_frequency,
     rope_swing,
+    wound_rope,
 )
 from tests.seeds import seeds
 
@@ -72,13 +72,13 @@ def taken_rope(p, alpha):
     return 2 * p.modules * (slider(p, p.stowed_angle)[0] - slider(p, alpha)[0])
 
 
-def back(p, alpha, hauled, k, yields):
+def back(p, alpha, wound, k, yields):
     """What pulls the truss back while the motor stands [N m]."""
     lever, taken, _ = torques(p, alpha)
-    return taken - k * (hauled - taken_rope(p, alpha)) / ratio(p, alpha, yields) * lever
+    return taken - k * (wound - taken_rope(p, alpha)) / ratio(p, alpha, yields) * lever
 
 
-def hauled_at_rest(p, alpha, k, yields):
+def wound_at_rest(p, alpha, k, yields):
     lever, taken, _ = torques(p, alpha)
     return taken_rope(p, alpha) + taken / lever * ratio(p, alpha, yields) / k
 
@@ -110,9 +110,9 @@ def test_frequency_is_that_of_the_segments_one_by_one(seed: int, yields: str) ->
     p = random_truss(seed)
     for alpha in (0.3, math.radians(60), (p.net_angle + math.pi / 2) / 2):
         k = 3 * least_rope_stiffness(p, yields).stiffness + 100.0
-        hauled = hauled_at_rest(p, alpha, k, yields)
+        wound = wound_at_rest(p, alpha, k, yields)
         # a complex step takes the derivative without a difference
-        stiffness = np.imag(back(p, alpha + 1e-30j, hauled, k, yields)) / 1e-30
+        stiffness = np.imag(back(p, alpha + 1e-30j, wound, k, yields)) / 1e-30
         expected = math.sqrt(stiffness / float(inertia(p, alpha))) / (2 * math.pi)
         assert rope_mode_frequency(p, alpha, k, yields)[0] == pytest.approx(expected, rel=1e-8)
 
@@ -121,14 +121,14 @@ def test_frequency_is_that_of_the_segments_one_by_one(seed: int, yields: str) ->
 @pytest.mark.parametrize("mu", [0.0, 0.01])
 def test_below_the_least_stiffness_rope_has_to_be_let_out(mu: float, yields: str) -> None:
     # of the twin's equilibria, whatever their stability: a truss that snaps through stands farther
-    # open with less rope hauled in
+    # open with less rope wound in
     p = dataclasses.replace(DYNAMIC_SET, pulley_friction=mu)
     least = least_rope_stiffness(p, yields)
     alpha = np.linspace(p.stowed_angle, math.pi / 2, 9001)
     step = 1e-6
 
     def slopes(k):
-        below, above = (hauled_at_rest(p, alpha[1:-1] + d, k, yields) for d in (-step, step))
+        below, above = (wound_at_rest(p, alpha[1:-1] + d, k, yields) for d in (-step, step))
         return (above - below) / (2 * step)
 
     assert slopes(1.001 * least.stiffness).min() > 0.0
@@ -165,12 +165,12 @@ def test_swing_is_that_of_another_integrator(mu: float) -> None:
     swing = rope_swing(p, law, k)
     assert swing.slack == 0.0
 
-    at_first = hauled_at_rest(p, p.stowed_angle, k, "at the motor")
+    at_first = wound_at_rest(p, p.stowed_angle, k, "at the motor")
 
     def rates(time, state):
-        hauled = at_first + taken_rope(p, law.motion(time).angle[0])
+        wound = at_first + taken_rope(p, law.motion(time).angle[0])
         alpha, omega = state
-        pulled = back(p, alpha, hauled, k, "at the motor")
+        pulled = back(p, alpha, wound, k, "at the motor")
         rest = 0.5 * float(inertia_slope(p, alpha)) * omega + float(joint_damping(p, alpha))
         return [omega, -(pulled + rest * omega) / float(inertia(p, alpha))]
 
@@ -195,7 +195,7 @@ def test_energy_of_a_slack_and_swinging_truss(behind: float) -> None:
     time, angle, speed = swing.time[inside], swing.angle[inside], swing.speed[inside]
     tension = swing.tension[:, inside]
 
-    def hauling(late):
+    def winding(late):
         motion = law.motion(np.clip(time - late, 0.0, 10.0))
         return -2 * p.modules * slider(p, motion.angle)[1] * motion.speed
 
@@ -206,7 +206,7 @@ def test_energy_of_a_slack_and_swinging_truss(behind: float) -> None:
     ropes = (tension**2).sum(axis=0) / (2 * k)
     kept = stored.kinetic_energy + stored.potential_energy + ropes
     lost = total(np.array([float(joint_damping(p, one)) for one in angle]) * speed**2)
-    given = total(tension[0] * hauling(0.0) + tension[1] * hauling(behind))
+    given = total(tension[0] * winding(0.0) + tension[1] * winding(behind))
     # trapezoids over 2.5 ms, at swings of up to 12 Hz
     assert np.abs(kept - kept[0] + lost - given).max() < 2e-4 * given[-1]
 
@@ -219,11 +219,11 @@ def test_each_rope_early_or_late_is_the_swing_with_one_behind(late: tuple[float,
     law = JerkLimited(4.0, p.stowed_angle, math.radians(40.0), jerk=2.0).profile
     swing = rope_swing(p, law, k, behind=0.1)
     time = swing.time[swing.time < stop] + min(late)
-    at_first = hauled_at_rest(p, p.stowed_angle, k, "at the motor")
+    at_first = wound_at_rest(p, p.stowed_angle, k, "at the motor")
 
     def stretch(time, alpha, rope):
-        hauled = law.motion(np.clip(time - late[rope], 0.0, 4.0)).angle[0]
-        return at_first + taken_rope(p, hauled) - taken_rope(p, alpha)
+        wound = law.motion(np.clip(time - late[rope], 0.0, 4.0)).angle[0]
+        return at_first + taken_rope(p, wound) - taken_rope(p, alpha)
 
     def until_a_rope_changes(begin, state, taut):
         def rates(time, state):
@@ -275,7 +275,7 @@ def test_what_is_left_is_the_work_back_to_rest() -> None:
     p, k = DYNAMIC_SET, 600.0
     law = JerkLimited(4.0, p.stowed_angle, math.radians(40.0), jerk=2.0).profile
     swing = rope_swing(p, law, k)
-    held = hauled_at_rest(p, p.stowed_angle, k, "at the motor") + taken_rope(p, law.end_angle)
+    held = wound_at_rest(p, p.stowed_angle, k, "at the motor") + taken_rope(p, law.end_angle)
     rest = brentq(lambda a: back(p, a, held, k, "at the motor"), 0.6, 0.8, xtol=1e-14)
     assert swing.rest_angle == pytest.approx(rest, abs=1e-10)
 
@@ -306,10 +306,10 @@ def test_a_truss_that_finds_no_rest_near_its_end_is_refused() -> None:
 
 
 @pytest.mark.parametrize("yields", YIELDS)
-def test_a_truss_keeps_to_its_law_if_its_stretch_is_hauled_in(yields: str) -> None:
+def test_a_truss_keeps_to_its_law_if_its_stretch_is_wound_in(yields: str) -> None:
     # with the motor's rope of the rigid law alone, it would be off by degrees
     law = Bezier(10.0, paper_points(RUBBED.stowed_angle, math.pi / 2))
-    planned = rope_swing(RUBBED, law, 600.0, yields, hauls_stretch=True)
+    planned = rope_swing(RUBBED, law, 600.0, yields, winds_stretch=True)
     assert planned.slack == 0.0
     assert (
         math.degrees(planned.angle_miss) < 1e-3 < rope_swing(RUBBED, law, 600.0, yields).angle_miss
@@ -317,20 +317,20 @@ def test_a_truss_keeps_to_its_law_if_its_stretch_is_hauled_in(yields: str) -> No
     assert planned.rest_angle == pytest.approx(law.end_angle, abs=1e-8)
 
 
-def test_rope_is_hauled_in_without_a_step_if_the_jerk_steps_at_the_net() -> None:
+def test_rope_is_wound_in_without_a_step_if_the_jerk_steps_at_the_net() -> None:
     p, k, omega, acc, jerk = RUBBED, 900.0, 0.3, 0.1, -0.05
 
-    def hauled(time, step):
+    def wound(time, step):
         """From the net angle on, or up to it, by Taylor."""
         after = jerk + step * (time > 0)
         alpha = p.net_angle + omega * time + acc * time**2 / 2 + after * time**3 / 6
         motion = (alpha, omega + acc * time + after * time**2 / 2, acc + after * time)
-        return float(hauled_rope(p, *motion, k))
+        return float(wound_rope(p, *motion, k))
 
     h = 1e-6
 
     def step_of_speed(step):
-        ends = [(hauled(s * 2 * h, step) - hauled(s * h, step)) / (s * h) for s in (1, -1)]
+        ends = [(wound(s * 2 * h, step) - wound(s * h, step)) / (s * h) for s in (1, -1)]
         return abs(ends[0] - ends[1])
 
     step = jerk_step_at_net(p, omega)

@@ -8,10 +8,10 @@ from models.laws import JerkLimited
 from models.truss import DYNAMIC_SET
 from studies.common.exit_codes import StudyError
 from studies.drive import Drive
-from studies.drive.additions import additions, hauled_peaks, on_the_rope
+from studies.drive.additions import additions, on_the_rope, wound_peaks
 from studies.drive.course import drum_course, rope_course
 from studies.drive.motor import shares_of_the_curve
-from studies.drive.playback import hauled, loop_of, played
+from studies.drive.playback import loop_of, played, wound
 from studies.drive.setpoints import sampled, switch_point_times, uniform_times
 from studies.export.round_trip import Breach, Slack
 from studies.export.within_limits import lowered, nearer
@@ -58,9 +58,9 @@ def test_a_layered_drum_adds_the_climb(turns: int) -> None:
     )
     course = drum_course(ROPE, drive.drum)
     # the rope of the drum's course is the rope's own
-    assert hauled_peaks(course, drive.drum)[1:] == pytest.approx(ROPE.peaks[:2], rel=1e-6)
+    assert wound_peaks(course, drive.drum)[1:] == pytest.approx(ROPE.peaks[:2], rel=1e-6)
     points = sampled(course, uniform_times(course, 0.05), drive.count("rad"))
-    output = hauled(played(course, points, drive, "spline"), drive.drum)
+    output = wound(played(course, points, drive, "spline"), drive.drum)
     found = on_the_rope(additions(course, points, drive, "spline"), course, drive.drum)
     loop = loop_of(drive)
     assert loop is not None

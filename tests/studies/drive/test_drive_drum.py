@@ -51,7 +51,7 @@ def test_rope_and_drum_move_by_the_chain_rule(drum: Drum) -> None:
     time = np.linspace(0.0, 1.0, 300)
     rope = np.stack([3 * time**4, 12 * time**3, 36 * time**2, 72 * time])
     turned = drum.turned(rope)
-    assert drum.hauled(turned) == pytest.approx(rope, rel=1e-10, abs=1e-12)
+    assert drum.wound(turned) == pytest.approx(rope, rel=1e-10, abs=1e-12)
     # speed and acceleration are slopes of what is above them, to the difference's error
     h = 1e-6
     again = [drum.turn_at(3 * (time[1:] + k * h) ** 4) for k in (-1, 0, 1)]

@@ -156,7 +156,7 @@ def test_the_way_on_leads_to_the_end_within_the_limits() -> None:
     assert end == pytest.approx(course.travel, abs=1e-9)
 
 
-def test_a_yielding_rope_is_hauled_in_by_its_tension() -> None:
+def test_a_yielding_rope_is_wound_in_by_its_tension() -> None:
     rigid, k, w = rope_course(law().profile, DYNAMIC_SET), 2e4, 1e-3
     course = stretched(rigid, DYNAMIC_SET, Drive(rope_stiffness=k, tension_ramp=w))
     time = np.linspace(0.5, 9.5, 181)

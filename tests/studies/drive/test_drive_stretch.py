@@ -57,16 +57,16 @@ def test_the_rope_on_the_drum_keeps_what_it_had_at_the_motor() -> None:
     # the rope by itself: its segments now, and on the drum the pull of each moment
     course = stretched(RIGID, RUBBED, Drive(**ALONG, tension_ramp=1e-3))
     time = np.linspace(0.0, 10.0, 4001)
-    hauled, found = RIGID.derivatives(time)[0], on_the_truss(RIGID.derivatives(time), RUBBED)
+    wound, found = RIGID.derivatives(time)[0], on_the_truss(RIGID.derivatives(time), RUBBED)
     whole = float(rope_length(RUBBED, RUBBED.stowed_angle))
-    on_drum = cumulative_trapezoid(found.force, hauled, initial=0.0)
-    exact = (found.mean_tension * (whole - hauled) + on_drum) / whole / K
+    on_drum = cumulative_trapezoid(found.force, wound, initial=0.0)
+    exact = (found.mean_tension * (whole - wound) + on_drum) / whole / K
     left_out = exact - found.mean_tension / K
     assert course.stretch is not None
     assert course.stretch.on_the_drum == pytest.approx(np.abs(left_out).max(), rel=1e-2)
 
 
-def test_the_motor_pays_for_the_stretch_that_it_hauls_in() -> None:
+def test_the_motor_pays_for_the_stretch_that_it_winds_in() -> None:
     drive = Drive(rope_stiffness=K, interpolation="spline")
     course = stretched(RIGID, RUBBED, drive)
     points = sampled(course, uniform_times(course, 0.01))

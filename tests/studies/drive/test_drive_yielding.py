@@ -36,10 +36,10 @@ DRIVE = Drive(
 )
 
 
-def mass_and_share(hauled: float) -> tuple[float, float]:
+def mass_and_share(wound: float) -> tuple[float, float]:
     """dF / d(rope acceleration) [kg], and mean tension over pull, by differences of two replays."""
     rows = np.zeros((4, 2))
-    rows[0], rows[2] = hauled, (0.0, 1.0)
+    rows[0], rows[2] = wound, (0.0, 1.0)
     found = on_the_truss(rows, TRUSS)
     return float(found.force[1] - found.force[0]), float(found.mean_tension[0] / found.force[0])
 
@@ -54,13 +54,13 @@ def test_the_mechanism_moves_as_a_mass_on_the_rope() -> None:
     found = felt(output, exact, times, TRUSS, drive)
 
     # another integrator, from rest: the first 10 s, where a rigid rope has a mass of tonnes
-    hauled = np.linspace(0.0, 0.5, 200)
-    masses, shares = np.array([mass_and_share(one) for one in hauled]).T
+    wound = np.linspace(0.0, 0.5, 200)
+    masses, shares = np.array([mass_and_share(one) for one in wound]).T
 
     def rates(time: float, state: np.ndarray) -> np.ndarray:
         at = np.array([time])
         rope = exact.at(at)[0, 0]
-        square = 2e4 / np.interp(rope, hauled, masses * shares)
+        square = 2e4 / np.interp(rope, wound, masses * shares)
         off = output.at(at)[0, 0] - rope
         pull = square * (off - state[0]) - 2 * DAMPING * math.sqrt(square) * state[1]
         return np.array([state[1], pull])

@@ -187,7 +187,7 @@ def test_rests_and_a_yielding_rope_are_part_of_what_is_written(
         file = tmp_path / form
         assert export(folder, "--to", form, "--drive", drive, "--output", file) == 0
         record = json.loads((tmp_path / f"{form}.record.json").read_text("utf-8"))
-        # the stretch of 0.2 mm is hauled in and yields again: a count is left, 2e-5 deg
+        # the stretch of 0.2 mm is wound in and yields again: a count is left, 2e-5 deg
         assert abs(record["miss of the deployed angle [deg]"]) < 3e-5
 
     lines = [line for line in (tmp_path / "pvt").read_text("utf-8").splitlines() if line[0] != "#"]
@@ -269,9 +269,9 @@ def test_columns_hold_the_set_points_that_their_record_is_about(
         "json": lambda file: read_json(file.read_text("utf-8")),
         "mat": lambda file: read_mat(file.read_bytes()),
     }
-    hauled = []
+    wound = []
     for lines in ("", yielding, drum + yielding):
-        file, table = tmp_path / f"{form}{len(hauled)}", tmp_path / f"pvt{len(hauled)}"
+        file, table = tmp_path / f"{form}{len(wound)}", tmp_path / f"pvt{len(wound)}"
         drive = drive_file(f"{lines}period = 0.1")
         assert export(folder, "--to", form, "--drive", drive, "--output", file) == 0
         words = ("--to", "pvt", "--step", 0.1, "--drive", drive, "--output", table)
@@ -285,13 +285,13 @@ def test_columns_hold_the_set_points_that_their_record_is_about(
         # the digits of the table of positions
         assert columns[name] == pytest.approx(beside["position"], abs=1e-12)
         assert columns[f"{name}_speed"] == pytest.approx(beside["velocity"], abs=1e-12)
-        hauled.append(columns["rope_set_point"][-1])
+        wound.append(columns["rope_set_point"][-1])
 
-    # the rope's own length has no stretch; what is hauled in has, by whichever drum
+    # the rope's own length has no stretch; what is wound in has, by whichever drum
     travel = columns["rope_length"][0] - columns["rope_length"][-1]
-    assert hauled[0] == pytest.approx(travel, abs=2e-6)
-    assert hauled[1] > travel + 0.01
-    assert hauled[2] == pytest.approx(hauled[1], abs=4e-6)
+    assert wound[0] == pytest.approx(travel, abs=2e-6)
+    assert wound[1] > travel + 0.01
+    assert wound[2] == pytest.approx(wound[1], abs=4e-6)
 
 
 def test_positions_alone_are_not_played_with_velocities(

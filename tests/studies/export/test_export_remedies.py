@@ -115,7 +115,7 @@ def test_a_file_says_what_its_positions_are_and_its_record_what_it_lacks(
     folder.mkdir()
     brisk.save(folder)
     assert export(folder, "--to", form, "--output", file) == 0
-    meaning = "position = rope hauled in since the stowed truss was at rest, positive; the column "
+    meaning = "position = rope wound in since the stowed truss was at rest, positive; the column "
     assert meaning + "rope_length of a CSV export falls by as much\n" in file.read_text("utf-8")
     said = capsys.readouterr().out
     if form == "c99":  # the motion itself, which the polynomials are
