@@ -43,11 +43,11 @@ class DesignSpace:
     Attributes
     ----------
     free : names of the parameters.
-    range : part of its stated value by which each may change, in either direction.
+    range : part of its given value by which each may change, in either direction.
     holding_force : least force on each rope that holds the open truss [N].
     stroke : most length that each rope is wound in [m].
     stowed_height : most height of the stowed truss [m].
-    starts : designs to start from, the stated one and others drawn from the range.
+    starts : designs to start from, the given one and random ones in the range.
     seed : of these draws.
 
     Raises
@@ -110,7 +110,7 @@ class CodesignStudy:
 
     Attributes
     ----------
-    deployment : the study of the truss; its parameters are the stated design.
+    deployment : the study of the truss; its parameters are the given design.
     design : what is free, and what is required.
 
     Raises
@@ -144,7 +144,7 @@ class CodesignStudy:
 
     @property
     def question(self) -> str:
-        """What is asked, in one line."""
+        """The question, in one line."""
         free, span = ", ".join(self.design.free), 100 * self.design.range
         return f"{self.deployment.question}, with {free} free within {span:g} %".replace("_", " ")
 

@@ -49,7 +49,7 @@ def _draw_forces(panel: Axes, result: Result) -> None:
 
 
 def _draw_design(panel: Axes, result: Result) -> None:
-    """Each free parameter between its limits, as a part of its stated value."""
+    """Each free parameter between its limits, as a part of its given value."""
     study = study_from(result.configuration)
     limits = study.design.limits(study.deployment.truss)
     for place, (name, (low, high)) in enumerate(limits.items()):

@@ -45,7 +45,7 @@ class Requirement:
     Attributes
     ----------
     title, unit : of the number.
-    key : where the limit is stated.
+    key : of the limit.
     limit : least or largest value [unit].
     side : which of the two.
     expression : the number, of a truss or of a stand-in.
@@ -140,8 +140,8 @@ def _under_caps(
 def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
     """What caps on forces ask of a truss that is hardly moved, where no motion does much better.
 
-    How much momentum can help is known of the stated design, by the bound of its ridge: for other
-    designs in the range that part is taken twice.
+    The bound of the ridge of the given design shows how much momentum can reduce the force. For
+    other designs in the range twice that part is allowed.
     """
     caps, truss = study.deployment.caps, study.deployment.truss
     ridge, static = ridge_force(truss, caps), static_peak(truss).force
@@ -192,7 +192,7 @@ def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None
     """Refuse requirements for which no design in the range is found that meets them together.
 
     Each in turn is brought as far within its limit as those before it allow, from every corner of
-    the range and from the stated design. The search is local, so that its failure proves nothing.
+    the range and from the given design. The search is local, so that its failure proves nothing.
 
     Raises
     ------

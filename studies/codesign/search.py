@@ -288,6 +288,6 @@ def _drawn(study: CodesignStudy, count: int) -> list[dict[str, float]]:
 
 
 def designed(study: TrussStudy, design: Mapping[str, float]) -> TrussStudy:
-    """The study of the truss that a design makes of the stated one."""
+    """The study of the truss with the parameters of a design."""
     changes: dict[str, Any] = dict(design)
     return dataclasses.replace(study, truss=dataclasses.replace(study.truss, **changes))

@@ -1,8 +1,8 @@
 """A co-design from its configuration to its result.
 
-First the stated design gets its best motion. What that needs of the bars is what they bear, unless
-the study states another cap. Then design and motion are sought together, and what was found is
-driven through the truss model and held against caps and requirements, as any motion is.
+First the given design gets its best motion. The largest force in its bars is the cap for all
+designs, unless the study has another cap. Then design and motion are optimised together. The result
+is simulated with the truss model and compared with caps and requirements, like any motion.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from studies.truss.search.proofs import check_some_optimum
 from studies.truss.study import series_of
 
 HELD = 1e-6  # relative, as for the caps of a motion
-SHOWN = ("angle", "motor_force", "angular_speed")  # of the stated design, for the figure
+SHOWN = ("angle", "motor_force", "angular_speed")  # of the given design, for the figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +56,11 @@ class Codesign:
     Attributes
     ----------
     study : with the cap on the bars that holds.
-    stated : the best motion of the stated design.
+    stated : the best motion of the given design.
     held : the requirements.
     found : of all starts.
     deployment : the best motion on the best design.
-    prices : of the bounds that press, dearest first; None where the user stopped before them.
+    prices : of the active bounds, largest first; None if the user stopped before them.
     """
 
     study: CodesignStudy
@@ -82,7 +82,7 @@ class Codesign:
 
     @property
     def saved(self) -> float:
-        """Part of the stated design's least force that the design saves."""
+        """Part of the given design's minimum force that the design saves."""
         key = self.study.objective
         return 1.0 - self.deployment.values[key] / self.stated.values[key]
 
@@ -156,14 +156,14 @@ def _answer(study: CodesignStudy, console: Console, kept: FinishedSteps) -> Resu
 
 
 def _without_force_caps(study: TrussStudy) -> TrussStudy:
-    """The study of the stated design, which need not meet caps that another design is to meet."""
+    """The study of the given design, which need not meet caps that another design is to meet."""
     return dataclasses.replace(
         study, caps=dataclasses.replace(study.caps, force=None, bar_force=None)
     )
 
 
 def _with_bars(study: CodesignStudy, stated: Deployment) -> CodesignStudy:
-    """The study with a cap on the bars: as stated, or what the stated design needs of them."""
+    """The study with a cap on the bars: as given, or the force that the given design needs."""
     deployment = study.deployment
     if deployment.caps.bar_force is not None:
         return study
@@ -212,7 +212,7 @@ def _result(made: Codesign) -> Result:
 
 
 def _stated_series(before: Deployment) -> dict[str, Series]:
-    """The motion of the stated design along a time of its own."""
+    """The motion of the given design along a time of its own."""
     rows, axis = profile(before), f"{STATED}/time"
     return {
         f"{STATED}/{name}": Series(COLUMNS[name][0], axis, rows[name], COLUMNS[name][1])

@@ -203,7 +203,7 @@ def provenance() -> dict[str, object]:
         },
         "machine": platform.machine(),
         "made": datetime.now(UTC).isoformat(timespec="seconds"),
-        "models_from": "Lu, Qi, Hu, Li, Zhang, IEEE Access 2019, DOI 10.1109/ACCESS.2019.2918614",
+        "model_source": "Lu, Qi, Hu, Li, Zhang, IEEE Access 2019, DOI 10.1109/ACCESS.2019.2918614",
     }
 
 

@@ -22,7 +22,7 @@ from studies.common.exit_codes import StudyError
 from studies.flex.config import SWEEPS, FlexStudy
 from studies.flex.drives import check_laws, joint_law, joint_of
 
-SAME_ANGLE = 1e-6  # [rad]; what a stated start may differ from that of a law
+SAME_ANGLE = 1e-6  # [rad]; tolerance between a given start and that of a law
 
 
 @dataclass(frozen=True, eq=False)

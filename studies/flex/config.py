@@ -397,7 +397,7 @@ class FlexStudy:
 
     @property
     def question(self) -> str:
-        """What is asked, in one line."""
+        """The question, in one line."""
         kinds = ", ".join(joint.kind for joint in self.joint)
         if len(self.link) == 1:
             return f"1 flexible link in {self.time:g} s, joint {kinds}: how does it move?"
@@ -419,7 +419,7 @@ def as_dictionary(study: FlexStudy) -> dict[str, Any]:
 
 
 def _stated(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Without what is not stated, as TOML has no word for it."""
+    """Without the keys that are not given, as TOML has no null."""
     found: dict[str, Any] = {}
     for name, value in content.items():
         if isinstance(value, Mapping):

@@ -17,7 +17,7 @@ from models.ancf.state import posed
 from models.errors import ModelError
 from ocp.arrays import Array
 
-DEGREE = 7  # of the polynomial that a slow bending is, beside its vibration
+DEGREE = 7  # of the polynomial for the slow part of a bending, without its vibration
 
 
 def bending(chain: Chain, q: Array, link: int) -> Array:

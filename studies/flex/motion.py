@@ -1,8 +1,8 @@
 """The motion of a case: simulated piece by piece, with the locks and latches between the pieces.
 
-A lock acts at once at the angle reached. Positions are continuous, and the velocities afterwards
-are those nearest to the ones before in the sense of the kinetic energy, among those that all joints
-allow: `J^T M (J zdot + x_t - v) = 0`, with `x_t` the velocity that driven joints impose.
+A lock acts immediately at the angle reached. Positions are continuous. Of the velocities that all
+joints allow, those after a lock are nearest to those before in the sense of the kinetic energy:
+`J^T M (J zdot + x_t - v) = 0`, with `x_t` the velocity that driven joints impose.
 
 Symbols: q, v node vectors and rates (size, m); L joints; m instants.
 """
@@ -30,7 +30,7 @@ from studies.flex.build import FlexChain
 from studies.flex.config import Form
 
 APPROACH = 65  # instants between which the path to a latch is interpolated
-SAME_TIME = 1e-9  # [s]; events nearer than this happen at once
+SAME_TIME = 1e-9  # [s]; events closer than this are simultaneous
 
 
 @dataclass(frozen=True)

@@ -140,7 +140,7 @@ def _progress_to(console: Console) -> Iterator[None]:
 
 
 def _coarse(study: FlexStudy, console: Console, kept: FinishedSteps) -> ChainMotion | None:
-    """The motion with half the elements, where it is asked for."""
+    """The motion with half the elements, if mesh_check is set."""
     if not study.mesh_check or study.elements < 2:
         return None
     half = dataclasses.replace(study, elements=study.elements // 2)

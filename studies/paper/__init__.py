@@ -1,4 +1,4 @@
-"""The paper beside ours: every number, table and figure of its text, recomputed.
+"""The paper compared with our models: every number, table and figure of its text, recomputed.
 
 `entries` says what a row is and how its verdict is found. The rows of the paper's sections are in
 `sections`: `flexible_model` (III), `truss_model` (IV), `planning` (V-A), `arms` (V-B) and

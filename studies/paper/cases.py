@@ -1,4 +1,4 @@
-"""The motions that the rows are taken from, each computed once and only if it is asked for.
+"""The motions that the rows are taken from, each computed once, when a row needs it.
 
 Symbols: T duration [s], J rigid inertia about the driven joint [kg m^2], tau torque [N m].
 """
@@ -82,7 +82,7 @@ class Cases:
 
     Attributes
     ----------
-    study : what is asked.
+    study : the keys.
     console : where progress is said.
     kept : where simulations go to, and where those of an earlier run are read.
     """

@@ -1,4 +1,4 @@
-"""What may be asked of the comparison: the two things that the paper leaves open and cost time."""
+"""Keys of the comparison: the two choices that the paper leaves open and that cost time."""
 
 from __future__ import annotations
 
@@ -32,5 +32,5 @@ class PaperStudy:
 
     @property
     def question(self) -> str:
-        """What is asked, in one line."""
+        """The question, in one line."""
         return "which numbers, tables and figures of the paper do our models give?"

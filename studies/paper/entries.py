@@ -1,10 +1,10 @@
 """A row of the comparison, and how it comes to its verdict.
 
-A row is stated by a title: "V-B: length of the big arm [m]" has place, quantity and unit. Without a
-unit it is 1.
+A row is defined by a title: "V-B: length of the big arm [m]" has place, quantity and unit. The unit
+is 1 if there is none.
 
-No verdict is a matter of opinion: each stands for something that is worked out, and `holds` says
-whether it was found. A row whose verdict does not hold fails the study.
+Each verdict has a basis that is computed, and `holds` says whether it was found. A row whose
+verdict does not hold fails the study.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ def _kinds(known: Sequence[str]) -> Callable[[str], tuple[str, ...]]:
 
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
-    """Print the report, and write what is asked for.
+    """Print the report, and write the requested files.
 
     The exit code is 0 if the result could be read, whatever it says.
 

@@ -33,7 +33,7 @@ _FRONT = "studies.fronts.page"
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What a page shows of a result beside its numbers.
+    """The parts of a page in addition to the numbers of a result.
 
     Attributes
     ----------

@@ -10,7 +10,7 @@ PAGE = "report.html"
 
 
 def write_page(text: str, path: Path, overwrite: bool) -> Path:
-    """Write a page; one that is there is replaced if it is one of ours, or if that is asked for."""
+    """Write a page; an existing file is replaced if it is a report, or with --overwrite."""
     from studies.report.html import MARK
 
     try:

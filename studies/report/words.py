@@ -276,7 +276,7 @@ def costs(result: Result) -> list[str]:
 
 
 def outstanding(result: Result) -> bool:
-    """Whether a cost is so large that nobody may overlook it."""
+    """Whether a cost is so large that the page highlights it."""
     return any(cost.ratio > OUTSTANDING for cost in result.costs_elsewhere)
 
 

@@ -40,7 +40,7 @@ OF_THE_TRUSS = {
 }
 STUCK = {"stuck_moment": "N m", "stuck_angle_deg": "deg", "stuck_width_deg": "deg"}
 VARIED = {**OF_THE_TRUSS, **STUCK}
-STUCK_WIDTH = 5.0  # [deg], unless stated
+STUCK_WIDTH = 5.0  # [deg], by default
 CAPS = (
     "force",
     "least_tension",

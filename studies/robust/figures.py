@@ -1,4 +1,4 @@
-"""Figures of a robust law: its force in all scenarios and on the draws, beside the nominal one."""
+"""Figures of a robust law: its force in all scenarios and on the random trusses."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """One law on many trusses: forces along the motion, and how often a limit is broken.
 
-A draw's peak is sought among samples, which hold every kink of the law, and then among finer ones
+A draw's peak is searched among samples, which hold every kink of the law, and then among finer ones
 between the neighbours of the highest sample, at 1/16 of the spacing. What a smooth peak keeps
 between those is of second order in the spacing, so 256 times less than between the first ones.
 """
@@ -19,7 +19,7 @@ from studies.truss.motions.deployment import Deployment
 
 SAMPLES = 400  # of a motion, at least; each piece has four or more
 FINER = 33  # samples between the neighbours of the highest one
-BLOCK = 250  # draws that are in memory at once
+BLOCK = 250  # draws in memory at the same time
 BAND_TIMES = 201
 BAND = (5.0, 95.0)  # per cent
 

@@ -1,7 +1,7 @@
-"""The law of the least worst force, and which scenario prevents one where none is found.
+"""The law with the minimum worst force, and the scenario that prevents a law if none is found.
 
-Where trusses in ranges are served, too, a law is sought for the scenarios. A corner of the ranges
-at which it does worse becomes a scenario, until there is none: few of the many corners decide.
+If the law also has to work for ranges, it is first computed for the scenarios. A corner of the
+ranges at which it is worse becomes a scenario, until there is none: few of the many corners decide.
 """
 
 from __future__ import annotations

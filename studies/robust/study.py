@@ -69,7 +69,7 @@ class _Found:
 
     @property
     def cap(self) -> float:
-        """Force that the motor has [N]: as stated, else what the robust law needs of it."""
+        """Force of the motor [N]: the cap, or else the peak force of the robust law."""
         return self.study.deployment.caps.force or self.worst
 
 
@@ -136,7 +136,7 @@ def _found(
 ) -> _Found:
     """Both laws on all trusses.
 
-    If the whole is asked for, also on those that are drawn, and with the bounds of the corners.
+    For the whole result also on the random trusses, and with the bounds of the corners.
     """
     study, deployment = robust.study, robust.study.deployment
     laws = (_moved(ROBUST, robust.law, deployment), own)

@@ -122,7 +122,7 @@ def _between(name: str, word: str, raw: Mapping[str, Any]) -> Axis:
         values = [low ** (1 - share) * high**share for share in shares]
     else:
         values = [low + (high - low) * share for share in shares]
-    # the ends as they are stated, without rounding
+    # the ends as given, without rounding
     return Axis(word, (low, *values[1:-1], high))
 
 
@@ -250,7 +250,7 @@ class SweepStudy:
 
     @property
     def question(self) -> str:
-        """What is asked, in one line."""
+        """The question, in one line."""
         keys = ", ".join(axis.key for axis in self.parameters)
         return f"Sweep of {self.subject} over {keys} ({self.sampling}, {self.mode} meshes)"
 

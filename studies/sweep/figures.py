@@ -18,7 +18,7 @@ from studies.common.charts import written_unit
 from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below
 from studies.common.result import Result
 
-PANELS = 3  # quantities in a figure, where no more are asked for
+PANELS = 3  # quantities in a figure, unless the user asks for more
 CURVES = 7  # of one family that a reader tells apart
 TICKED = 8  # values that are all named on their axis
 SAME = 1e-6  # relative: a spread below it is none
@@ -277,7 +277,7 @@ def _edges(centres: Array, parameter: Parameter) -> Array:
 
 
 def tornado(result: Result, quantities: Sequence[str]) -> Figure:
-    """How far each key alone moves a quantity from where the stated study has it."""
+    """The change of a quantity by each key alone, from its value in the base study."""
     rows = list(result.configuration["parameters"])
     figure, panels = _panels(result, len(quantities), 1.8 + 0.42 * len(rows))
     cases = result.details["points"]

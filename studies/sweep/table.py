@@ -254,7 +254,7 @@ def _answers(table: CaseTable) -> Criterion:
 
 
 def _not_shown(plan: Plan, table: CaseTable) -> Iterator[str]:
-    """What is asked for in figures and no case has."""
+    """The quantities for figures that no case has."""
     for name in plan.study.show:
         if name not in table.quantities and table.quantities:
             yield f"show names {name}, which no case has; they have {', '.join(table.quantities)}."

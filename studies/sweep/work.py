@@ -169,7 +169,7 @@ def _limits(options: argparse.Namespace) -> tuple[float | None, int]:
 
 
 def _check_extras(options: argparse.Namespace) -> None:
-    """Say at once what is asked for and not installed; after hours it would be too late."""
+    """Raise an error immediately if a package is missing; after hours it would be too late."""
     if options.parquet and find_spec("pyarrow") is None:
         raise StudyError(
             "--parquet needs pyarrow, which is not installed; install it with: "

@@ -1,1 +1,1 @@
-"""The rows of the paper, a module a section: what it prints beside what our models give."""
+"""The rows of the paper, one module for each section: printed values and those of our models."""

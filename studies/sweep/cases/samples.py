@@ -86,7 +86,7 @@ def _drawn(study: SweepStudy, axes: Sequence[Axis]) -> list[Point]:
     from scipy.stats import qmc  # takes long to load, and only such studies need it
 
     if study.sampling == "sobol":
-        # a power of two keeps the sequence balanced; the first points of it are what is asked
+        # a power of two keeps the sequence balanced; the first points of it are returned
         engine = qmc.Sobol(len(axes), seed=study.seed)
         shares = engine.random_base2(max(0, math.ceil(math.log2(study.samples))))
         shares = shares[: study.samples]

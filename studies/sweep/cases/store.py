@@ -4,8 +4,8 @@ cases/3fa41c.../version.json     which code answers here
 cases/3fa41c.../0c2e....jsonl    a case: its record in one line, and its motion in a second one,
                                  where another case may start from it
 
-A file is written beside its place, brought to the disk and renamed. Its record holds a hash of
-itself and one of the motion, so that a damaged file is noticed.
+A file is written under a temporary name, flushed to the disk and renamed. Its record has a hash of
+itself and one of the motion, so that the program detects a damaged file.
 """
 
 from __future__ import annotations

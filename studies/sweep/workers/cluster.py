@@ -102,7 +102,7 @@ class DaskCluster:
             def __del__(self) -> None:
                 pass
 
-        # what the user has to know is said in our sentences, and not in tracebacks beside them
+        # our own sentences tell the user what happened, without the tracebacks of Dask
         for name in list(logging.root.manager.loggerDict):
             if not name.startswith("distributed"):
                 continue

@@ -1,8 +1,8 @@
 """Processes of this machine that solve cases, and how a case is put to one of them.
 
-A thread of the caller waits for each process. So what hangs or dies there is noticed at once, and
-a Dask worker can put cases to a process of its own in the same way. An executor of processes is no
-help here: it is lost as a whole where one of its processes is ended.
+A thread of the caller waits for each process. So it notices immediately if the process
+hangs or dies, and a Dask worker can solve cases in its own process in the same way. An executor of
+processes is no help here: it is lost as a whole if one of its processes is ended.
 """
 
 from __future__ import annotations

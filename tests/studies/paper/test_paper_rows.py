@@ -1,4 +1,4 @@
-"""The paper beside ours: how verdicts are found, and that every row's own is."""
+"""The paper compared with our models: how verdicts are found, and that every row's own is."""
 
 import dataclasses
 import json
