@@ -33,7 +33,7 @@ STOPPED = {
         2,
     ),
     "mission": (
-        "--total 38 --no-refine --residual-energy 0.01 --intervals 80",
+        "--total 38 --no-refine --residual-energy 0.01 --intervals 30",
         "ring in ",
         signal.SIGKILL,
         3,
@@ -42,7 +42,7 @@ STOPPED = {
     "turn": ("", "a second solve, ", signal.SIGKILL, 1),
     "paper": ("", "small arm", signal.SIGINT, 5),
     "arm baselines": ("--stage small", "residual energy on the full model", signal.SIGKILL, 8),
-    "arm least-duration": ("--stage small", "optimum in ", signal.SIGKILL, 2),
+    "arm least-duration": ("--stage small --drive angle", "optimum in ", signal.SIGKILL, 2),
 }
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from studies.arm.optimal.objectives import RESIDUAL
+from studies.arm.questions import one_motion
 from studies.cli import main
 
 CASES = json.loads(Path(__file__).with_name("cases.json").read_text())
@@ -20,7 +21,10 @@ WORSE = 1.05  # of a residual that is above what is allowed
 
 @pytest.mark.slow
 @pytest.mark.parametrize("words", CASES)
-def test_a_motion_keeps_its_torque_and_its_time_and_leaves_no_more(words: str, tmp_path: Path):
+def test_a_motion_keeps_its_torque_and_its_time_and_leaves_no_more(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(one_motion, "LAWS", ())  # nothing is compared with baselines
     wanted, folder = dict(CASES[words]), tmp_path / "out"
     main(["arm", "solve", *words.split(), "--no-figures", "--results", str(folder)])
     found = json.loads((folder / "verification.json").read_text())["values"]
