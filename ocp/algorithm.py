@@ -94,7 +94,7 @@ def solve(
         True for one live line on the terminal; a callable receives one line of text per iteration.
     partial : bool
         Whether Ctrl-C and a spent budget hand over the best motion until then, if it is accurate to
-        1e-2. ``solution.accuracy`` says to what, ``solution.interrupted`` and the verdict why.
+        1e-2. ``solution.accuracy`` says to what, ``solution.ending`` and the verdict why.
         Without, both raise.
 
     Returns
@@ -382,7 +382,7 @@ def _solution(
         form_evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
         iterate=later(fitted),
-        interrupted=refinement.ending == "interrupted",
+        ending=refinement.ending,
     )
 
     # on a fixed mesh the user wants to see what it gives

@@ -23,7 +23,7 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
 from ocp.problem.vectors import Vector
-from ocp.refinement.solved_mesh import MeshIteration
+from ocp.refinement.solved_mesh import Ending, MeshIteration
 from ocp.reformulate.form import Form
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification
@@ -81,8 +81,11 @@ class Solution:
         statement.
     iterate : Iterate or None
         The point of the nonlinear program of ``form.problem``, for proofs and warm starts.
-    interrupted : bool
-        Whether the user stopped the solve, and this is the best motion until then.
+    ending : str
+        Why the refinement ended: "tolerances" (all are met, or the mesh is fixed), "standstill"
+        (no finer mesh improved it), "mesh iterations" (their limit), "failure" (of a finer mesh),
+        "cost" (further meshes would take much time for a small improvement), "budget" or
+        "interrupted" (by the user). The last three return the best motion until then.
     """
 
     problem: Problem
@@ -100,7 +103,7 @@ class Solution:
     form_evaluator: Evaluator
     seconds: float = 0.0
     iterate: Iterate | None = None
-    interrupted: bool = False
+    ending: Ending = "tolerances"
 
     def __repr__(self) -> str:
         from ocp.solution.tables import summary
@@ -126,6 +129,11 @@ class Solution:
         counts with its change since the mesh before, which may be far less than its error.
         """
         return self.verification.accuracy
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the user stopped the solve, and this is the best motion until then."""
+        return self.ending == "interrupted"
 
     @property
     def iterations(self) -> int:

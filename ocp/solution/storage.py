@@ -39,7 +39,7 @@ from ocp.solution.disk import check_room, read_file, write_file
 from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
-_VERSION = 7
+_VERSION = 8
 _TEXT = "solution.json"
 
 _LISTS, _BYTES_OF_A_LIST = 200_000, 2  # packed, of which the text of a solution has one in three

@@ -172,6 +172,7 @@ def test_a_loose_answer_is_not_the_last_word_where_finer_meshes_fail():
     found = solve(two_basins(), settings=Settings(accuracy=1e-4, solver=GivesUp()))
     loosely, tightly = (m for m in found.mesh_iterations if m.status != "Given_Up")
     assert loosely.intervals == tightly.intervals == found.mesh.intervals
+    assert found.ending == "failure"
     assert "refinement ended after a mesh that failed" in found.verdict
 
 
@@ -200,6 +201,7 @@ def test_a_dear_solve_ends_if_it_is_accurate_and_finer_meshes_bring_little(monke
     monkeypatch.setattr(endings, "MUCH", 0.0)
     found = solve(drive(), settings=FEW)
     assert len(found.mesh_iterations) <= len(full.mesh_iterations)
+    assert (full.ending, found.ending) == ("standstill", "cost")
     assert "no finer mesh improved it" in full.verdict
     assert "further meshes would take much time" in found.verdict
     assert abs(found.objective - full.objective) / full.objective <= found.accuracy <= 1e-4

@@ -410,7 +410,7 @@ def test_numpy_opens_the_arrays_without_objects(stored, tmp_path):
         for name in arrays:
             array = np.lib.format.read_array(io.BytesIO(archive.read(name)), allow_pickle=False)
             assert array.dtype.kind in "fi"
-    assert (text["format"], text["version"]) == ("ocp solution", 7)
+    assert (text["format"], text["version"]) == ("ocp solution", 8)
 
 
 def test_pickling_is_answered_with_what_to_write(stored):
@@ -479,8 +479,8 @@ def test_files_of_other_versions_are_refused(stored, tmp_path):
     (tmp_path / "first").write_bytes(b"ocp solution 1\n" + pickle.dumps(Trap()))
     with pytest.raises(ValueError, match="contains no solution"):
         load(tmp_path / "first")
-    path = changed(stored, tmp_path / "later", lambda text: text.update(version=8))
-    with pytest.raises(ValueError, match=r"in file version 8, but .*solve again and save it"):
+    path = changed(stored, tmp_path / "later", lambda text: text.update(version=9))
+    with pytest.raises(ValueError, match=r"in file version 9, but .*solve again and save it"):
         load(path)
 
 

@@ -71,6 +71,7 @@ def test_ctrl_c_hands_over_the_best_motion_and_what_it_is_accurate_to():
 
 def test_a_finished_solution_says_what_it_is_accurate_to():
     found = solve(SWING)
+    assert found.ending == "tolerances"
     assert not found.interrupted
     assert found.verification.passed
     assert 0 < found.accuracy < 1e-5
@@ -81,6 +82,7 @@ def test_a_stopped_solution_is_kept_in_a_file_as_such(tmp_path):
     save(found, tmp_path / "stopped")
     again = load(tmp_path / "stopped")
     assert again.interrupted
+    assert again.ending == "interrupted"
     assert (again.accuracy, again.verdict) == (found.accuracy, found.verdict)
 
 
@@ -108,6 +110,7 @@ def test_a_spent_budget_hands_over_the_best_motion():
     assert statuses == [first.status, "Maximum_Iterations_Exceeded"]
     assert found.iterations == most
     assert found.objective == pytest.approx(first.objective, rel=1e-12)
+    assert found.ending == "budget"
     assert not found.interrupted
     assert abs(found.objective - OPTIMUM) / OPTIMUM < found.accuracy <= 1e-2
     assert f"refinement ended at the budget of {most} iterations" in found.verdict

@@ -71,8 +71,8 @@ def test_a_solution_is_that_of_the_problem_as_it_is_stated_again(tmp_path: Path)
 
 
 def test_what_the_user_stopped_is_taken_again(tmp_path: Path) -> None:
-    whole = dataclasses.replace(solve(cart()), interrupted=False)
-    take = Counted(dataclasses.replace(whole, interrupted=True), whole)
+    whole = solve(cart())
+    take = Counted(dataclasses.replace(whole, ending="interrupted"), whole)
     kept = FinishedSteps(tmp_path)
     assert kept.step("cart", take, whole.problem).interrupted
     assert kept.count == 0

@@ -52,4 +52,4 @@ def test_a_motion_whose_budget_ended_says_what_may_be_left() -> None:
     first, second, *_ = whole.mesh_iterations
     budget = first.iterations + second.iterations
     cut = solve(problem, settings=dataclasses.replace(question.settings, iterations=budget))
-    assert "may be better: refinement ended at the budget of" in cut_short_in_words(cut)
+    assert f"ended the refinement, at an accuracy of {cut.accuracy:.1e}" in cut_short_in_words(cut)

@@ -105,11 +105,13 @@ def local_verdict(
 
 
 def cut_short_in_words(solution: Solution) -> str | None:
-    """What a budget left open in a motion; None if its refinement ended by itself."""
-    for words in solution.verdict.split("; "):
-        if words.startswith("refinement ended at the budget of"):
-            return f"This motion may be better: {words}. State more solver.seconds (--seconds)."
-    return None
+    """How accurate a motion is whose refinement the budget ended; None for every other ending."""
+    if solution.ending != "budget":
+        return None
+    return (
+        "A better motion may exist: the budget ended the refinement, at an accuracy of "
+        f"{solution.accuracy:.1e}. Increase solver.seconds (--seconds)."
+    )
 
 
 def _kind(study: TrussStudy, value: float) -> str:
