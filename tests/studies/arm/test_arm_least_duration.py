@@ -39,7 +39,7 @@ def test_laws_abreast_leave_what_each_leaves_alone():
         assert left == pytest.approx(alone, rel=share)
 
 
-@pytest.mark.parametrize("ratio", [0.01, 0.1])
+@pytest.mark.parametrize("ratio", [0.01, pytest.param(0.1, marks=pytest.mark.slow)])
 def test_damped_arms_are_scanned_by_steps_that_their_fastest_mode_stands(ratio):
     # its fastest mode is damped 1.4 and 14 times beyond critical
     stage = big_arm(4.0)

@@ -17,7 +17,6 @@ from tests.studies.export.command_line import export
 
 Write = Callable[[str], Path]
 
-PLAIN = "a motion"
 HOSTILE = (
     "a\n=cmd|' /C calc'!A0",
     "a\r\nPVA=1,2,3\r\nBT A",
@@ -29,25 +28,28 @@ HOSTILE = (
     "@SUM(A1)",
     "a \\",
 )
+PLAIN = tuple(f"motion {number}" for number in range(len(HOSTILE)))
 CELL = re.compile(r"[,;\t]")
 
 
-def spoken(result: Result, text: str) -> Result:
-    """The same with a text wherever it has one of its own."""
+def spoken(result: Result, texts: tuple[str, ...]) -> Result:
+    """The same with texts wherever it has some of its own: sentences, names and values."""
+    question, verdict, profile_of, how_to_read = texts[:4]
+    sentences = {"profile_of": profile_of, "how_to_read": how_to_read}
     return dataclasses.replace(
         result,
-        question=text,
-        verdict=Verdict("measured", text),
-        details={**result.details, "profile_of": text, "how_to_read": text, "accuracy": {text: 1}},
-        provenance={text: text},
+        question=question,
+        verdict=Verdict("measured", verdict),
+        details={**result.details, **sentences, "accuracy": dict.fromkeys(texts, 1)},
+        provenance={text: text for text in texts},
         configuration={**result.configuration, "caps": {}},
     )
 
 
-def written(result: Result, form: str, text: str, folder: Path, drive: Path) -> bytes:
-    """The file of a format, of a result that says a text."""
+def written(result: Result, form: str, texts: tuple[str, ...], folder: Path, drive: Path) -> bytes:
+    """The file of a format, of a result that says some texts."""
     folder.mkdir()
-    spoken(result, text).save(folder)
+    spoken(result, texts).save(folder)
     file = folder / "out"
     words = ("--to", form, "--drive", drive, "--points", 9, "--output", file)
     assert export(folder, *words) == 0
@@ -62,11 +64,12 @@ def test_a_text_stays_in_its_comment(
         pytest.importorskip("pyarrow")
     drive = drive_file("interpolation = 'spline'\nperiod = 1.0")
     plain = written(brisk, form, PLAIN, tmp_path / "plain", drive)
-    for place, text in enumerate(HOSTILE):
-        content = written(brisk, form, text, tmp_path / str(place), drive)
+    for first in range(0, len(HOSTILE), 4):  # each of them is a sentence once
+        texts = HOSTILE[first:] + HOSTILE[:first]
+        content = written(brisk, form, texts, tmp_path / str(first), drive)
         if form in ("json", "segments"):  # quotes of its own keep a text as it is
             said = json.loads(content)
-            assert said.get("about", said)["question"] == text
+            assert said.get("about", said)["question"] == texts[0]
             continue
         if form in ("mat", "parquet"):  # no text that a spreadsheet or compiler reads
             continue

@@ -88,7 +88,7 @@ def test_a_free_chain_that_starts_turning_keeps_energy_and_angular_momentum():
     assert np.abs(motion.work).max() == 0.0
 
 
-@pytest.mark.parametrize("form", ["minimal", "index-1"])
+@pytest.mark.parametrize("form", ["minimal", pytest.param("index-1", marks=pytest.mark.slow)])
 def test_a_latch_catches_the_elbow_and_the_root_goes_on(form):
     study = case(
         duration=1.5,

@@ -117,7 +117,7 @@ ALL_RANGES = {
 }
 
 
-@pytest.mark.parametrize("duration", [4.0, 140.0])
+@pytest.mark.parametrize("duration", [4.0, pytest.param(140.0, marks=pytest.mark.slow)])
 def test_no_truss_within_the_ranges_is_worse_than_the_corners(duration: float) -> None:
     study = slow(scatter=ALL_RANGES, draws=1000)
     law = pinned_bezier(study.deployment.truss, duration)
