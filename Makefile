@@ -61,8 +61,10 @@ docs: $(READY)
 test: $(READY)
 	$(BIN)/python -m pytest -n $(WORKERS) $(TEST_FLAGS)
 
+# Without a limit a worker takes up to a quarter of what is left at once. Long tests come first, so
+# that one worker could be left with most of them.
 test-slow: $(READY)
-	$(BIN)/python -m pytest -n $(WORKERS) -m slow
+	$(BIN)/python -m pytest -n $(WORKERS) -m slow --maxschedchunk=16
 
 lint: $(READY)
 	$(BIN)/ruff format --check
