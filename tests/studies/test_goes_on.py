@@ -40,7 +40,7 @@ STOPPED = {
     ),
     "flex": ("--preset big-arm", "speed x 4", signal.SIGKILL, 2),
     "turn": ("", "a second solve, ", signal.SIGKILL, 1),
-    "paper": ("", "small arm", signal.SIGINT, 5),
+    "paper": ("--elements 2", "small arm", signal.SIGINT, 5),
     "arm baselines": ("--stage small", "residual energy on the full model", signal.SIGKILL, 8),
     "arm least-duration": ("--stage small --drive angle", "optimum in ", signal.SIGKILL, 2),
 }
