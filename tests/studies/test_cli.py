@@ -183,8 +183,8 @@ def test_verify_accepts_the_bezier_law_and_names_a_broken_cap(
     [
         ("t,a\n0,1\n1,2", "has no column of an angle"),
         (
-            "time,angle\n0,0.1\n1,0.2\n2,0.3\n3,0.4\n4,0.5\n5,x",
-            "x' in row 6 below the header is no number",
+            "\n".join(["time,angle", *(f"{k},{0.1 + 0.05 * k}" for k in range(25)), "25,x"]),
+            "has no finite number in 'angle' in row 26 below the header",
         ),
         ("time,angle\n0,0.0768\n1,1.57", "at least 20"),
         ("", "is empty"),
