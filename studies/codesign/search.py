@@ -259,7 +259,7 @@ def _statement(study: TrussStudy, law: str, truss: TrussParameters) -> Statement
 
 
 def _starts(study: CodesignStudy) -> list[tuple[str, str, dict[str, float]]]:
-    """Name, law and parameters of each start: laws that creep and that swing take turns."""
+    """Name, law and parameters of each start: slow laws and laws with momentum alternate."""
     kinds = {KINDS[law]: law for law in reversed(starting_laws(study.deployment))}
     turns = list(kinds.values())
 

@@ -227,7 +227,7 @@ def test_the_design_is_the_same_for_any_number_of_processes(
         monkeypatch.setattr("studies.codesign.search.allowed_processes", lambda n=processes: n)
         found.append(run(slow(starts=2), Console()))
         told = capsys.readouterr().err
-        assert all(f"start {k} of 2 ({name}" in told for k, name in ((1, "stated"), (2, "design")))
+        assert all(f"start {k} of 2 ({name}" in told for k, name in ((1, "given"), (2, "design")))
     one, two = ({k: a.values.tolist() for k, a in result.arrays.items()} for result in found)
     assert one == two
 
