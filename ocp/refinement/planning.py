@@ -35,8 +35,9 @@ from ocp.refinement.solved_mesh import (
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
-# While the last mesh was off by this much or more, the next one is about to be replaced, too.
-_FAR = 1e-3
+# While the last mesh was off by this much, or by so many tolerances, the next one is about to be
+# replaced, too.
+_FAR, _FAR_IN_TOLERANCES = 1e-3, 100.0
 
 # Times that a mesh without errors is solved again because its objective was far from its size.
 _SIZINGS = 4
@@ -333,7 +334,12 @@ def _is_far(last: SolvedMesh, accuracy: Accuracy) -> bool:
     if errors.gain <= OVERESTIMATE * accuracy.objective:
         phases = zip(last.iterate.trajectory.phases, errors.phases, strict=True)
         excess = max(mean_excess(motion.fractions, of_phase.excess) for motion, of_phase in phases)
-    return max(errors.gain / OVERESTIMATE, errors.dynamics, excess) >= _FAR
+    off = (
+        (errors.gain / OVERESTIMATE, accuracy.objective / OVERESTIMATE),
+        (errors.dynamics, accuracy.dynamics),
+        (excess, accuracy.path),
+    )
+    return any(value >= min(_FAR, _FAR_IN_TOLERANCES * allowed) for value, allowed in off)
 
 
 def mean_excess(fractions: Array, excess: Sequence[Extremes]) -> float:
