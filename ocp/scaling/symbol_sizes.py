@@ -263,11 +263,19 @@ class SizeSources:
     without_limits: Set[str] = field(default_factory=frozenset)
     without_guess: Set[str] = field(default_factory=frozenset)
 
-    def of_signal(self, signal: Signal, phase: Phase) -> tuple[float, str]:
-        """Size of a signal by what a phase says of it alone, with the reason; 0 if nothing is."""
+    def of_signal(
+        self, signal: Signal, phase: Phase, guess: Mapping[str, Array]
+    ) -> tuple[float, str]:
+        """Size of a signal by what a phase says of it alone, with the reason; 0 if nothing is.
+
+        Parameters
+        ----------
+        guess : mapping of str to (m,)
+            Of all signals of the phase, at any times.
+        """
         if signal.scale is not None and signal.name not in self.without_limits:
             return signal.scale, STATED
-        guessed = self._guessed(signal.name, self.guess.phases[phase.name].at_fractions(FRACTIONS))
+        guessed = self._guessed(signal.name, guess)
         of_ends = largest_end_value(signal, phase, self.parameters)
         if max(guessed, of_ends) > 0:
             return (guessed, GUESS) if guessed > of_ends else (of_ends, "boundary values")
@@ -301,8 +309,9 @@ def signal_sizes(sources: SizeSources) -> tuple[dict[str, float], dict[str, str]
     """Sizes of all signals, with reasons; a signal of several phases has its largest."""
     problem, sizes, reasons = sources.problem, dict[str, float](), dict[str, str]()
     for phase in problem.phases:
+        guess = sources.guess.phases[phase.name].at_fractions(FRACTIONS)
         for signal in problem.signals[phase.name]:
-            size, reason = sources.of_signal(signal, phase)
+            size, reason = sources.of_signal(signal, phase, guess)
             if size > sizes.get(signal.name, 0.0):
                 sizes[signal.name], reasons[signal.name] = size, reason
 
