@@ -1,4 +1,4 @@
-"""Mesh iterations: what the solver finished, the best of several, and their records."""
+"""Solved mesh iterations: their errors, the best of several, and their records."""
 
 from __future__ import annotations
 
@@ -23,40 +23,40 @@ from ocp.scaling.scales import Scales, roomy
 @lazy_fields("dynamics_error", "excess", "gain")
 @dataclass(frozen=True, repr=False)
 class MeshIteration:
-    """One mesh iteration: its mesh, what the solver took, and what was wrong between the points.
+    """One mesh iteration: its mesh, the effort of the solver, and the errors between the points.
 
     Attributes
     ----------
     intervals : int
         Of all phases.
     extra_points : int
-        Points between the collocation points at which constraints are imposed too.
+        Points between the collocation points at which constraints are also imposed.
     movable : int
         Breakpoints that the optimiser may move.
     iterations : int
         Of the solver.
     seconds : float
-        That the solver took [s].
+        Wall time of the solver [s].
     objective : float
-        In the user's sense and unit; nan where the solver failed, as are the next three. These are
-        estimated when they are first read.
+        In the user's sense and unit; nan if the solver failed, as are the next three. These three
+        are estimated when they are first read.
     dynamics_error : float
-        Largest error of the dynamics in an interval, relative.
+        Largest relative error of the dynamics in an interval.
     excess : float
-        Largest excess of a path constraint, bound or peak, relative.
+        Largest relative violation of a path constraint, bound or peak.
     gain : float
-        What finer controls could gain, relative to the objective, to first order.
+        Estimated improvement by finer controls, relative to the objective, to first order.
     status : str
-        The solver's own word for how it ended; Worse_Optimum where it ended far above the
-        objective of an earlier motion that holds.
+        The return status of the solver; Worse_Optimum if its objective is far worse than that of
+        an earlier feasible motion.
     solver : str
-        The name of the one that ran.
+        Its name.
     attempts : int
-        Runs of the solver that it took.
+        Number of runs of the solver.
     starts : int
-        From which the solver ran, and the best of whose answers this is.
+        Number of starts that were compared; this is the best of their answers.
     lost : int
-        Those of them that led to no answer.
+        Number of starts that led to no answer.
     unknowns : int
         Of the nonlinear program.
     """
@@ -89,7 +89,7 @@ class MeshIteration:
 def record_of(
     mesh: Mesh, result: NlpResult, solved: SolvedMesh | None, starts: int = 1, lost: int = 0
 ) -> MeshIteration:
-    """The record of a mesh iteration; `solved` is None where the solver failed."""
+    """The record of a mesh iteration; `solved` is None if the solver failed."""
 
     def error(name: str) -> float:
         return read_later(solved, "errors", attrgetter(name)) if solved else math.nan
@@ -118,32 +118,33 @@ def iterations_of(mesh_iterations: Sequence[MeshIteration]) -> int:
     return sum(entry.iterations for entry in mesh_iterations)
 
 
-# Factor by which an estimated gain, which is of first order, is often more than what is gained. Up
-# to so many times the tolerance it is little.
+# Factor by which an estimated improvement, which is of first order, often exceeds the real one. An
+# estimate up to this many tolerances is small.
 OVERESTIMATE = 10.0
 
-# Part of the tolerance on the objective that may be real of such an estimate by what its fall
-# gained, over so many meshes at least: one may have been finer at the wrong place.
+# A small estimate is refuted if its real part, extrapolated from at least this number of meshes, is
+# at most this part of the tolerance. One mesh may have been refined at the wrong place.
 _LITTLE = 0.25
 _TWICE = 2
 
-# A mesh tells what finer ones gain by this factor more intervals, and by changes of its objective
-# times the other.
+# Meshes show the error of the objective if each has this factor more intervals than the one before.
+# The error is then at most the changes of the objective, times the safety factor.
 _FINER, _SAFETY = 1.2, 3.0
 
-# Part of the objective by which verified motions differ that are near two optima. Their errors
-# explain less: in a layer of 1e-8 of its phase it was 3e-5, next to sizes of far limits 7e-4.
+# Motions whose objectives differ by this part of the objective are near different optima. The
+# errors of feasible motions explain less: 3e-5 in a layer of 1e-8 of its phase, and 7e-4 if scales
+# come from limits far above the values.
 _ANOTHER = 1e-2
 
-# Part of an objective that the solver may leave open
+# Relative error of the objective that the solver may leave
 _SOLVED_TO = 1e-6
 
-# Part of earlier changes that an objective which has settled may still change by
+# A change of the objective up to this part of the sum of earlier changes is negligible
 _NEXT_TO_NOTHING = 1e-3
 
-# Error of the dynamics, or excess of a limit, from which on the motion of a mesh is none: it leaps
-# over a limit between two points, say
-_LEAPS = 1e-3
+# Relative error of the dynamics, or violation of a limit, from which a motion is infeasible: the
+# solver may have jumped over a limit between two points
+_INFEASIBLE = 1e-3
 
 Ending = Literal[
     "tolerances", "standstill", "mesh iterations", "failure", "budget", "cost", "interrupted"
@@ -156,25 +157,26 @@ CUT_SHORT: tuple[Ending, ...] = ("budget", "cost", "interrupted")
 @lazy_fields("errors")
 @dataclass(frozen=True, eq=False, repr=False)
 class SolvedMesh:
-    """A mesh iteration that the solver finished, as the next one and the mesh policy see it.
+    """A mesh iteration that the solver finished, with the data for the choice of the next mesh.
 
     Attributes
     ----------
     iterate : Iterate
-        The motion found, with its multipliers.
+        The motion, with its multipliers.
     errors : MeshErrors
-        What is wrong with it between its points; estimated when it is first read.
+        Its errors between the points; estimated when they are first read.
     violation : float
         Largest violation of the program's rows, scaled.
     tight : bool
-        Whether it was solved to the tolerance asked for.
+        Whether the program was solved to the requested tolerance. Otherwise it was solved to a
+        larger one, because its mesh was expected to be replaced.
     finer : bool
         Whether its mesh has more intervals than the one before.
     iterations : int
         Of the solver.
     raised : float
-        What it cost to raise its peaks to what the motion has between its points, relative to the
-        objective; 0 where they were not.
+        Cost of raising its peaks to their largest values between the points, relative to the
+        objective; 0 if they were not raised.
     """
 
     iterate: Iterate
@@ -186,26 +188,26 @@ class SolvedMesh:
     raised: float = 0.0
 
     def holds(self, accuracy: Accuracy, slack: float = 1.0) -> bool:
-        """Whether the motion meets the dynamics and all constraints, between its points too.
+        """Whether dynamics and all constraints are within tolerance, also between the points.
 
         Parameters
         ----------
         slack : float
-            Factor by which the constraints may miss their tolerance.
+            Factor on the tolerance of the constraints.
         """
         dynamics = self.errors.dynamics <= accuracy.dynamics
         return dynamics and self.excess <= slack * accuracy.path
 
     def is_verifiable(self, accuracy: Accuracy) -> bool:
-        """Whether the motion holds to the slack that the verification has."""
+        """Whether dynamics and constraints are within the tolerances of the verification."""
         return self.holds(accuracy, SLACK)
 
     def meets(self, accuracy: Accuracy) -> bool:
-        """Whether the motion holds, and finer controls may gain no more than the tolerance."""
+        """Whether errors and the estimated improvement by finer controls are within tolerance."""
         return self.holds(accuracy) and self.errors.gain <= accuracy.objective
 
     def worst_in_tolerances(self, accuracy: Accuracy) -> float:
-        """The worst of dynamics, constraints and estimated gain, each over its tolerance."""
+        """Largest of the errors and the estimated improvement, each divided by its tolerance."""
         return max(
             self.errors.dynamics / accuracy.dynamics,
             self.excess / accuracy.path,
@@ -213,40 +215,39 @@ class SolvedMesh:
         )
 
     @property
-    def leaps(self) -> bool:
-        """Whether it is so far from a motion that its objective tells nothing of the optimum."""
-        return max(self.errors.dynamics, self.excess) >= _LEAPS
+    def is_infeasible(self) -> bool:
+        """Whether its errors are so large that its objective does not approximate the optimum."""
+        return max(self.errors.dynamics, self.excess) >= _INFEASIBLE
 
     @property
     def estimated_change(self) -> float:
-        """By how much of the objective better meshes may change it, as far as this one tells."""
-        # of first order, which may be too little by half
+        """Estimated change of the objective by finer meshes, relative to the objective."""
+        # the estimates are of first order, and may be too small by half
         of_excess = effect_of_excess(self.iterate, [p.excess for p in self.errors.phases])
         return 2.0 * (self.errors.gain + of_excess)
 
     @property
     def excess(self) -> float:
-        """Largest excess of a constraint at the points or between them, relative."""
+        """Largest relative violation of a constraint, at the points or between them."""
         return max(self.errors.excess, self.violation)
 
 
 def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
-    """The best mesh iteration that holds between the points, if need be to a looser tolerance.
+    """The best mesh iteration whose errors are within the tolerances of the verification.
 
-    That is the slack of a verification. Of mesh iterations whose objectives are as good, those come
-    first whose estimated gain is no more than a certificate allows, then those that meet their
-    tolerances. One with less excess is no answer if it lies on a mesh that was too coarse. Without
-    any that holds it is the last one, which the only one is. Errors that are small next to sizes
-    which the last mesh has shown to be far too large say nothing.
+    If objectives are equally good, an estimated improvement within the limit of a certificate
+    counts first, then errors within the requested tolerances. A smaller violation alone does not
+    count: its mesh may be too coarse. If no mesh iteration passes, it is the last one. Errors
+    relative to scales that are far too large, compared with those of the last mesh, do not count.
     """
     if len(solved) == 1:
         return solved[0]
-    good = _held(solved, solved[-1].iterate.scales, accuracy)
-    # where one side of a kink acts beyond it, the objective may gain by that
+    good = _verifiable(solved, solved[-1].iterate.scales, accuracy)
+    # if one side of a kink is used beyond the kink, the objective may be too good
     good = [s for s in good if s.errors.beyond_kinks <= NEAR] or good
     sense = solved[-1].iterate.problem.sense
-    # values of those that are not solved to the tolerance asked for err by theirs
-    good = _without_loose(good, sense)
+    # objectives of programs that were not solved to the requested tolerance are less accurate
+    good = _tight_or_better(good, sense)
     best = min(good, key=lambda s: sense * s.iterate.objective, default=solved[-1])
 
     def behind(s: SolvedMesh) -> float:
@@ -254,29 +255,31 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
 
     as_good = [s for s in good if behind(s) <= accuracy.objective]
     if not best.holds(accuracy):
-        # violations may gain more than the tolerance on the objective
+        # violations may improve the objective by more than its tolerance
         as_good += [s for s in good if s.meets(accuracy) and behind(s) <= CERTIFIED_GAIN]
     as_good = [s for s in as_good if s.errors.gain <= CERTIFIED_GAIN] or as_good
     strict = [s for s in as_good if s.holds(accuracy)]
-    # of answers that are as good, one whose estimated gain is nothing is proven better
+    # of equally good answers, one with a small estimated improvement is more certain
     strict = [s for s in strict if s.errors.gain <= accuracy.objective] or strict
-    # inside an interval a kink spoils the costates
+    # a kink inside an interval makes the costates inaccurate
     strict = [s for s in strict if s.errors.farthest_crossing <= NEAR] or strict
     if strict:
         return min(strict, key=lambda s: sense * s.iterate.objective)
     return min(as_good, key=lambda s: s.excess, default=best)
 
 
-def _held(solved: Sequence[SolvedMesh], sizes: Scales, accuracy: Accuracy) -> list[SolvedMesh]:
-    """Those that hold between the points, and not only next to sizes far above some others."""
+def _verifiable(
+    solved: Sequence[SolvedMesh], sizes: Scales, accuracy: Accuracy
+) -> list[SolvedMesh]:
+    """Those whose errors are within the verification's tolerances, by scales near given ones."""
     near = [s for s in solved if not roomy(s.iterate.scales, sizes)]
     return [s for s in near if s.is_verifiable(accuracy)]
 
 
-def _without_loose(good: list[SolvedMesh], sense: float) -> list[SolvedMesh]:
-    """Those solved to the tolerance asked for, and loose ones in a better optimum than all these.
+def _tight_or_better(good: list[SolvedMesh], sense: float) -> list[SolvedMesh]:
+    """Those solved to the requested tolerance, and those in a better optimum than all of these.
 
-    Without any that is solved so, all of them.
+    If none was solved to the requested tolerance, all of them.
     """
     least = min((sense * s.iterate.objective for s in good if s.tight), default=math.inf)
 
@@ -287,21 +290,21 @@ def _without_loose(good: list[SolvedMesh], sense: float) -> list[SolvedMesh]:
 
 
 def worst_objective(solved: Sequence[SolvedMesh], sizes: Scales, accuracy: Accuracy) -> float:
-    """From where on a further mesh has ended in another, worse optimum; times the sense.
+    """The objective, times the sense, from which a further mesh is in another, worse optimum.
 
-    A finer mesh can follow a motion that holds. Where it ends above that one by more than this one
-    is estimated to change, and by more than errors of verified motions explain, the solver has
-    strayed. Infinite where no motion holds.
+    A finer mesh can represent every feasible motion of an earlier one. If its objective is worse by
+    more than the estimated change of the earlier motion, and by more than errors of feasible
+    motions explain, the solver has found another optimum. Infinite if no motion is feasible.
 
     Parameters
     ----------
     sizes : Scales
         Of the further mesh.
     """
-    held = [s for s in _held(solved, sizes, accuracy) if not s.leaps]
-    held = [s for s in held if s.errors.beyond_kinks <= NEAR]
+    good = [s for s in _verifiable(solved, sizes, accuracy) if not s.is_infeasible]
+    good = [s for s in good if s.errors.beyond_kinks <= NEAR]
     sense = solved[-1].iterate.problem.sense if solved else 1.0
-    best = min(held, key=lambda s: sense * s.iterate.objective, default=None)
+    best = min(good, key=lambda s: sense * s.iterate.objective, default=None)
     if best is None:
         return math.inf
     allowed = max(best.estimated_change, _ANOTHER)
@@ -309,26 +312,26 @@ def worst_objective(solved: Sequence[SolvedMesh], sizes: Scales, accuracy: Accur
 
 
 def best_start(solved: Sequence[SolvedMesh]) -> SolvedMesh:
-    """Where the next mesh starts: at the last one that leaps over no limit, if there is one.
+    """The start of the next mesh: the last one that is not infeasible, else the last one.
 
-    A solver may leap over a ridge between two points of a mesh that seemed fine. What later meshes
-    lead back to from there is another local optimum.
+    The solver may jump over a limit between two points of a mesh. Later meshes that start there
+    lead to another local optimum.
     """
-    return next((s for s in reversed(solved) if not s.leaps), solved[-1])
+    return next((s for s in reversed(solved) if not s.is_infeasible), solved[-1])
 
 
 def is_refuted(solved: Sequence[SolvedMesh], back: int, accuracy: Accuracy) -> bool:
-    """Whether an estimated gain is none, after finer meshes that hardly gained anything.
+    """Whether finer meshes have refuted an estimated improvement.
 
-    Either it is about what it was some meshes ago, as noise is. Or it is little, and its fall tells
-    how much of it is real: where the objective gained far less than the estimate fell by, so it
-    will for the rest. Along singular arcs it falls like the intervals themselves, and what is lost
-    like their square.
+    Either it is about as large as some meshes ago, like noise. Or it is small, and its decrease
+    shows which part of it is real: if the objective improved by far less than the estimate
+    decreased, the same holds for the rest. Along singular arcs the estimate decreases in proportion
+    to the interval width, and the real loss in proportion to its square.
 
     Parameters
     ----------
     back : int
-        Meshes that are looked back.
+        Number of meshes between the two estimates that are compared.
     """
     if len(solved) <= back:
         return True
@@ -343,14 +346,14 @@ def is_refuted(solved: Sequence[SolvedMesh], back: int, accuracy: Accuracy) -> b
 
 
 def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:
-    """What the objective of a mesh may be off by, relative, as far as the meshes tell.
+    """The possible relative error of the objective of a mesh iteration, by all meshes.
 
-    It is the estimated gain of finer controls, or the change from the mesh before if that is more.
-    An estimate that finer meshes have refuted is no more than noise: there it is three times the
-    changes over these meshes. Nor is it less than the changes that no estimate showed. Where
-    multipliers show nothing, it follows from the last mesh that has half the intervals, or twice as
-    many: errors that fall at least like the width are no more than the change between the two, or
-    twice as much. Infinite if there is none.
+    It is the estimated improvement by finer controls, or the change from the previous mesh if that
+    is larger. An estimate that finer meshes have refuted is noise: then it is three times the
+    changes over these meshes. It is at least the sum of changes that no estimate predicted. If the
+    multipliers of the scheme give no estimate, it follows from the last mesh with half the
+    intervals, or twice as many: if errors decrease at least in proportion to the width, it is at
+    most the change between the two, or twice this change. Infinite if there is no such mesh.
     """
 
     def change(other: SolvedMesh) -> float:
@@ -369,14 +372,14 @@ def objective_error(solved: Sequence[SolvedMesh], best: SolvedMesh) -> float:
 
 
 def unexpected_changes(solved: Sequence[SolvedMesh]) -> float:
-    """Changes of the objective that were more than estimated, relative, all together.
+    """The sum of the relative changes of the objective that were larger than estimated.
 
-    Where an objective wanders from mesh to mesh, as among many local optima, one small change tells
-    nothing. It has settled where two changes in a row were as little as estimated, or one is
-    next to nothing beside those before.
+    If the objective changes irregularly from mesh to mesh, as among many local optima, one small
+    change proves nothing. It has settled if two changes in a row were as small as estimated, or if
+    one is negligible compared with those before.
     """
     total, kept = 0.0, 0
-    for before, after in itertools.pairwise(s for s in solved if not s.leaps):
+    for before, after in itertools.pairwise(s for s in solved if not s.is_infeasible):
         change = abs(after.iterate.objective - before.iterate.objective)
         change /= after.iterate.objective_size
         broken = change > before.estimated_change
@@ -387,6 +390,6 @@ def unexpected_changes(solved: Sequence[SolvedMesh]) -> float:
 
 
 def _are_finer(solved: Sequence[SolvedMesh]) -> bool:
-    """Whether each mesh has enough intervals more than the one before to tell what is gained."""
+    """Whether each mesh has enough more intervals than the previous one to show the error."""
     counts = [s.iterate.mesh.intervals for s in solved]
     return all(new >= _FINER * old for old, new in itertools.pairwise(counts))
