@@ -145,3 +145,65 @@ def test_the_swing_of_a_fast_law(friction):
     np.testing.assert_allclose(swing.angle, path.y[0], rtol=0, atol=1e-6)
     pull = [tension(*at) for at in zip(path.t, path.y[0], strict=True)]
     np.testing.assert_allclose(swing.tension[0], pull, rtol=0, atol=1e-4 * max(pull))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("friction", "yields", "late"), [(0.01, "at the motor", 0.1), (0.0, "along its length", 0.05)]
+)
+def test_the_truss_with_one_motor_behind_the_other(friction, yields, late):
+    """Two springs turn one angle: each motor winds in the law's rope and its stretch, one late."""
+    parameters = replace(DYNAMIC_SET, pulley_friction=friction)
+    law, stiffness = Bezier(10.0, paper_points(parameters.stowed_angle, OPEN)), 600.0
+    swing = rope_swing(parameters, law, stiffness, yields, winds_stretch=True, behind=late)
+
+    grid = np.linspace(parameters.stowed_angle - 0.01, 1.7, 6001)
+    mass = twin.inertia(parameters, grid)
+    rows = mass, sum(twin.damping(parameters, grid)), twin.leverage(parameters, grid)
+    smooth = CubicSpline(grid, [*rows, stretching(parameters, grid, yields)], axis=1)
+    faster = smooth.derivative()
+
+    def resists(angle, rate):
+        lost = smooth(angle)[1]
+        return faster(angle)[0] * rate**2 / 2 + lost * rate + slope(parameters, angle)
+
+    # straight lines between 0.25 ms leave 1e-8 m
+    times = np.linspace(0.0, law.duration, 40_001)
+    meant = law.motion(times)
+    mass, _, lever, mean = smooth(meant.angle)
+    pull = (mass * meant.acceleration + resists(meant.angle, meant.speed)) / lever
+    wound = taken(parameters, meant.angle) + mean * pull / stiffness
+
+    def tensions(time, angle):
+        each = np.array([np.interp(time - behind, times, wound) for behind in (0.0, late)])
+        return np.maximum(0.0, stiffness * (each - taken(parameters, angle)) / smooth(angle)[3])
+
+    def right_side(time, state):
+        angle, rate = state
+        mass, _, lever, _ = smooth(angle)
+        return [rate, (tensions(time, angle).mean() * lever - resists(angle, rate)).item() / mass]
+
+    path = solve_ivp(
+        right_side,
+        (0.0, swing.time[-1]),
+        [parameters.stowed_angle, 0.0],
+        method="LSODA",
+        dense_output=True,
+        rtol=1e-9,
+        atol=1e-11,
+        max_step=0.05,
+    )
+    np.testing.assert_allclose(swing.angle, path.sol(swing.time)[0], rtol=0, atol=1e-6)
+
+    fine = np.linspace(0.0, swing.time[-1], 20_001)
+    angle, rate = path.sol(fine)
+    pulls = tensions(fine, angle)
+    np.testing.assert_allclose(swing.tension.max(axis=1), pulls.max(axis=1), rtol=1e-4)
+    # the rope in time is never slack; the other one is, up to some samples
+    assert pulls[0].min() > 0.0
+    assert swing.slack == pytest.approx((pulls[1] <= 0.0).mean() * fine[-1], abs=0.01)
+    # it creeps to its end, where a millijoule would be a fault of the model
+    reached = int(np.argmax(angle >= OPEN - 1e-6))
+    left = float(twin.inertia(parameters, OPEN) * rate[reached] ** 2 / 2)
+    assert swing.arrival_energy == pytest.approx(left, rel=0.2)
+    assert swing.arrival_energy < 1e-9
