@@ -184,7 +184,8 @@ class ArmStudy(StageStudy):
         if len(self.slew.moving) > 1:
             raise StudyError(
                 f"satellite_inertia is {H:g} kg m^2, but the stage '{self.stage}' turns both "
-                "joints, for which the model supports only a held satellite; give big or small"
+                "joints, for which the model supports only a held satellite; give big or small, or "
+                "remove satellite_inertia"
             )
         if self.drive == "angle" and not self.slew.carried:
             raise StudyError(
