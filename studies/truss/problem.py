@@ -42,6 +42,7 @@ from ocp import (
     joined,
     peak,
 )
+from studies.truss.arm_mesh import ArmMesh, period_to_follow
 from studies.truss.carrier import RESIDUAL
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.expressions import (
@@ -79,9 +80,9 @@ SIGNAL_CAPS = {key for key, quantity in QUANTITIES.items() if quantity.cap.signa
 # What the motion leaves in the arm is looked at by an integration of its own, which resolves them.
 WITH_ARM = Accuracy(dynamics=1e-2, path=2e-4, objective=2e-4, replay=1e-1)
 ROUGHLY_WITH_ARM = replace(WITH_ARM, objective=2e-3)  # to be compared with stages of a mission
-# A moment at the root rides on what the fast modes' accelerations are off by: at 2e-4 of it a least
-# one took 17 meshes.
-LEAST_MOMENT = replace(ROUGHLY_WITH_ARM, path=5e-4)
+# A moment at the root has parts from the faster modes, which an `ArmMesh` follows. A tighter
+# objective would refine controls that hardly change it.
+LEAST_MOMENT = replace(WITH_ARM, objective=8e-4)
 # Its multipliers are large: with the default solver a least force took 200 iterations without end.
 STIFF = Ipopt(
     tolerance=1e-6,
@@ -362,12 +363,15 @@ def settings_of(study: TrussStudy, with_forces: bool, accuracy: Accuracy | None 
     """
     share = study.solver.seconds / len(study.solver.starts)
     phases = len(_nets(study)) if with_forces else 1
-    if study.arm is not None:
-        known = LEAST_MOMENT if "peak-root-moment" in study.objectives else WITH_ARM
+    if (model := study.ring_on_arm) is not None:
+        known, refinement = WITH_ARM, AdaptiveMesh(move_breakpoints=False)
+        if "peak-root-moment" in study.objectives and accuracy is None:
+            longest = period_to_follow(model)
+            known, refinement = LEAST_MOMENT, ArmMesh(move_breakpoints=False, longest=longest)
         return Settings(
             scheme=Radau(ARM_DEGREE),
             intervals=-(-max(study.solver.intervals, ARM_INTERVALS) // phases),
-            refinement=AdaptiveMesh(move_breakpoints=False),
+            refinement=refinement,
             solver=STIFF,
             accuracy=accuracy or known,
             seconds=max(share, LEAST_OF_A_START),

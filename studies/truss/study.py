@@ -31,6 +31,7 @@ from studies.truss.limits.bounds import lower_bounds
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
 from studies.truss.motions.laws import knots, law_of_result, paper_laws_of
+from studies.truss.quantities import QUANTITIES
 from studies.truss.rope import rope_of
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.from_starts import starts_told
@@ -109,7 +110,7 @@ def _result(study: TrussStudy, best: BestMotion) -> Result:
     tight = {peak.name for peak in problem.peaks if peak in minimised}
     peaks = [
         f"{name}: {epigraph:.9g} in the solver, {dense:.9g} in the replay, between the points too"
-        for name, epigraph, dense in best.solution.verification.peaks
+        for name, epigraph, dense in _peaks_found(best)
         if name in tight
     ]
     margins, bars = margins_of(best.deployment), bars_of(best.deployment, study.caps)
@@ -191,12 +192,25 @@ def series_of(deployment: Deployment) -> dict[str, Series]:
     }
 
 
+def _peaks_found(best: BestMotion) -> tuple[tuple[str, float, float], ...]:
+    """Name of each peak, its value in the solver, and in the replay between the points too.
+
+    With an arm the replay is that of the table. The engine's has one polynomial in each interval
+    of the mesh, and fast modes of the arm swing several times there.
+    """
+    found = best.solution.verification.peaks
+    if best.deployment.arm is None:
+        return found
+    known = {QUANTITIES[key].title: value for key, value in best.deployment.values.items()}
+    return tuple((name, epigraph, known.get(name, dense)) for name, epigraph, dense in found)
+
+
 def _details(best: BestMotion) -> dict[str, Any]:
     """What the search went through, and how accurate its answer is."""
     solution, verification = best.solution, best.solution.verification
     peaks = {
         name: {"solver": epigraph, "replayed_between_points": dense}
-        for name, epigraph, dense in verification.peaks
+        for name, epigraph, dense in _peaks_found(best)
     }
 
     return {

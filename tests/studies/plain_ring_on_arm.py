@@ -8,6 +8,7 @@ with more intervals.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -18,15 +19,31 @@ from models.ring_on_arm import RingOnArm, arm_motion
 from models.truss import rope_force, rope_leverage
 
 SLACK = 0.75  # of the intervals, before the net becomes taut
-SIZES = 30.0, 20.0  # [N m s, N], of momentum and rope force
+FORCE = 20.0  # [N], size of the rope force
 LEFT = 0.8e-6  # [J] in the arm at the end
 
 
-def least_momentum(model: RingOnArm, duration: float, jerk: float, intervals: int = 120) -> float:
-    """Least peak momentum at the root [N m s], from rest to rest, while the ropes pull.
+# of arm's coordinates and rates, angle, speed and acceleration
+Formula = Callable[[Any, Any, Any, Any, Any], Any]
+
+
+def least_peak(
+    model: RingOnArm,
+    duration: float,
+    jerk: float,
+    peak: tuple[Formula, float],
+    caps: tuple[tuple[Formula, float], ...] = (),
+    intervals: int = 120,
+) -> float:
+    """Least largest modulus of a formula, from rest to rest, while the ropes pull.
 
     The unknowns are states (arm's coordinates and rates; angle, speed, acceleration) in sizes of
     the Bezier law.
+
+    Parameters
+    ----------
+    peak : of which formula, and its size.
+    caps : formulas and what their moduli are at most.
     """
     truss, stowed = model.truss, model.truss.stowed_angle
     law = Bezier(duration, paper_points(stowed, math.pi / 2))
@@ -42,7 +59,7 @@ def least_momentum(model: RingOnArm, duration: float, jerk: float, intervals: in
 
     first = round(SLACK * intervals)
     X, Z = ca.MX.sym("X", 11, intervals + 1), ca.MX.sym("Z", 44, intervals)
-    J, switch, peak = ca.MX.sym("J", 2, intervals), ca.MX.sym("switch"), ca.MX.sym("peak")
+    J, switch, highest = ca.MX.sym("J", 2, intervals), ca.MX.sym("switch"), ca.MX.sym("peak")
     end = X[:, -1] * sizes
     zero = [ca.vec(Z[33:, :] - X[:, 1:])]
     positive = [LEFT * 1e6 - 1e6 * model.residual_energy(end[:4], end[4:8])]
@@ -51,11 +68,12 @@ def least_momentum(model: RingOnArm, duration: float, jerk: float, intervals: in
         ("taut", first, intervals, duration - switch),
     ):
         count, here = until - begin, slice(begin, until)
-        kernel = _interval(model, jerk, sizes, net).map(count)
+        kernel = _interval(model, jerk, sizes, net, (peak, *caps)).map(count)
         steps = ca.repmat(span / count, 1, count)
-        rows, peaks, pulls = kernel(X[:, here], Z[:, here], J[:, here], steps)
+        rows, pulls, peaks, *capped = kernel(X[:, here], Z[:, here], J[:, here], steps)
         zero.append(ca.vec(rows))
-        positive += [peak - ca.vec(peaks), peak + ca.vec(peaks), ca.vec(pulls)]
+        positive += [highest - ca.vec(peaks), highest + ca.vec(peaks), ca.vec(pulls)]
+        positive += [1 - sign * ca.vec(one) for one in capped for sign in (-1, 1)]
 
     # rest at both ends; only arm and acceleration are free where the net becomes taut
     low, high = np.full((11, intervals + 1), -np.inf), np.full((11, intervals + 1), np.inf)
@@ -71,7 +89,7 @@ def least_momentum(model: RingOnArm, duration: float, jerk: float, intervals: in
     )
     inside = (edges[:-1, None] + np.diff(edges)[:, None] * _radau(4)[0][1:]).ravel()
     guess = [np.clip(states(edges) / sizes[:, None], low, high), states(inside) / sizes[:, None]]
-    unknowns = ca.vertcat(ca.vec(X), ca.vec(Z), ca.vec(J), switch, peak)
+    unknowns = ca.vertcat(ca.vec(X), ca.vec(Z), ca.vec(J), switch, highest)
     rows = ca.vertcat(*zero, *positive)
     equations = sum(each.numel() for each in zero)
     free, caps = np.full(44 * intervals, np.inf), np.ones(2 * intervals)
@@ -79,7 +97,7 @@ def least_momentum(model: RingOnArm, duration: float, jerk: float, intervals: in
         "plain",
         "ipopt",
         # a hair of smoothness, as many motions have the same peak
-        {"x": unknowns, "f": peak + 1e-7 * ca.sumsqr(J) / intervals, "g": rows},
+        {"x": unknowns, "f": highest + 1e-7 * ca.sumsqr(J) / intervals, "g": rows},
         {"ipopt.print_level": 0, "print_time": False, "error_on_fail": True, "ipopt.tol": 1e-7},
     )
     found = solver(
@@ -89,28 +107,32 @@ def least_momentum(model: RingOnArm, duration: float, jerk: float, intervals: in
         lbg=np.zeros(rows.numel()),
         ubg=np.append(np.zeros(equations), np.full(rows.numel() - equations, np.inf)),
     )
-    return SIZES[0] * float(found["x"][-1])
+    return peak[1] * float(found["x"][-1])
 
 
-def _interval(model: RingOnArm, jerk: float, sizes: Any, net: Any) -> ca.Function:
+def _interval(
+    model: RingOnArm, jerk: float, sizes: Any, net: Any, formulas: tuple[tuple[Formula, float], ...]
+) -> ca.Function:
     """Of an interval's first state, states at its points, jerks at its ends and length.
 
-    Outputs are what the collocation leaves over, momenta and rope forces, in sizes.
+    Outputs are what the collocation leaves over, rope forces and formulas, in sizes.
     """
     tau, slopes = _radau(4)
     x, z, j, h = (ca.SX.sym(name, n) for name, n in (("x", 11), ("z", 44), ("j", 2), ("h", 1)))
     places = ca.horzcat(x, ca.reshape(z, 11, 4))
-    rows, peaks, pulls = [], [], []
+    rows, pulls = [], []
+    values: list[list[Any]] = [[] for _ in formulas]
     for at in range(1, 5):
         s = places[:, at] * sizes
         q, v, (alpha, omega, acc) = s[:4], s[4:8], ca.vertsplit(s[8:])
         own, torque = model.response(q, v, alpha, omega, acc)
         rates = ca.vertcat(v, own, omega, acc, jerk * (j[0] * (1 - tau[at]) + j[1] * tau[at]))
         rows.append(places @ slopes[:, at] - h * rates / sizes)
-        peaks.append(model.angular_momentum(q, v, alpha, omega) / SIZES[0])
         held = rope_force(model.truss, alpha, omega, acc, net)
-        pulls.append((held + torque / rope_leverage(model.truss, alpha)) / SIZES[1])
-    outputs = [ca.vertcat(*each) for each in (rows, peaks, pulls)]
+        pulls.append((held + torque / rope_leverage(model.truss, alpha)) / FORCE)
+        for column, (formula, size) in zip(values, formulas, strict=True):
+            column.append(formula(q, v, alpha, omega, acc) / size)
+    outputs = [ca.vertcat(*each) for each in (rows, pulls, *values)]
     return ca.Function("interval", [x, z, j, h], outputs, {"cse": True})
 
 

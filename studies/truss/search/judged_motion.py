@@ -85,8 +85,9 @@ def judged_motion(question: Question, found: Audit, bounds: ProvenBounds) -> Bes
         raise
 
     statement = question.statements.of[optimum.solution.problem]
-    distinct = basins(question.study, optima)
-    reached = Reached(optimum, distinct, optimum.solution, deployment, interrupted)
+    measured = _measured(question, optimum, deployment)
+    distinct = basins(question.study, [measured if one is optimum else one for one in optima])
+    reached = Reached(measured, distinct, optimum.solution, deployment, interrupted)
     if optimum.solution.verification.passed:
         reached = _with_later_objectives(question, statement, reached)
         reached = _confirmed(question, statement, optima, reached)
@@ -104,6 +105,15 @@ def judged_motion(question: Question, found: Audit, bounds: ProvenBounds) -> Bes
         interrupted=reached.interrupted,
         second=reached.second,
     )
+
+
+def _measured(question: Question, optimum: Optimum, deployment: Deployment) -> Optimum:
+    """An optimum whose value is that of the table, which with an arm has another replay."""
+    if question.study.arm is None:
+        return optimum
+    terms = question.study.minimise[0].items()
+    references, values = question.weights, deployment.values
+    return replace(optimum, value=sum(w / references[key] * values[key] for key, w in terms))
 
 
 def _smoothed(
