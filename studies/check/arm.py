@@ -317,8 +317,6 @@ def _through(time: Array, values: Array, exported: bool) -> Any:
         return CubicSpline(time, values, bc_type="clamped")
     peak = float(np.abs(values).max())
     half = np.unique(np.append(np.arange(0, time.size, 2), time.size - 1))
-    if half.size < 4:
-        return PchipInterpolator(time, values)
     # every other row has to tell the rest
     misfit = float(np.abs(CubicSpline(time[half], values[half])(time) - values).max())
     if misfit > RESOLVED * peak:

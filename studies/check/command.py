@@ -122,16 +122,11 @@ def _command(options: argparse.Namespace) -> str:
     import shlex
 
     words = ["antenna-ocp", "check", str(options.profile)]
-    for column in options.column:
-        words += ["--column", column]
-    for flag in ("motion_from", "motion_to"):
-        if getattr(options, flag) is not None:
-            words += [f"--{flag.replace('_', '-')}", getattr(options, flag)]
-    if options.of is not None:
-        words += ["--study", options.of]
-    if options.no_optimum:
-        words.append("--no-optimum")
-    return shlex.join(words)
+    words += [word for column in options.column for word in ("--column", column)]
+    for flag, name in (("motion-from", "motion_from"), ("motion-to", "motion_to"), ("study", "of")):
+        if (typed := getattr(options, name)) is not None:
+            words += [f"--{flag}", typed]
+    return shlex.join([*words, *["--no-optimum"] * options.no_optimum])
 
 
 def _check_length(measured: MeasuredProfile) -> None:

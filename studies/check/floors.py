@@ -24,8 +24,8 @@ from models.truss import rope_length
 from models.truss.kinematics import rope_speed
 from ocp.arrays import Array
 from studies.check.own_rows import rounding_of_rates
-from studies.check.smoothing.means import noisy_peak
-from studies.check.smoothing.noise import ROUNDING, proven_peak
+from studies.check.smoothing.means import noisy_peak, proven_peak
+from studies.check.smoothing.noise import ROUNDING
 from studies.check.smoothing.recovery import kept_rows
 from studies.check.truss_profile import LEAST_ANGLE, TrussProfile
 from studies.drive.motor import motor_speed
@@ -69,7 +69,7 @@ def proven_floors(found: TrussProfile, deployment: Deployment) -> Floors:
     of_differences = _by_differences(time, angle, wrong, deployment)
     if not found.stated:
         return of_differences
-    return _higher(of_differences, _by_rates(found, deployment), _at_rows(found, deployment))
+    return _higher(of_differences, _at_rows(found, deployment))
 
 
 def estimated_floors(found: TrussProfile, deployment: Deployment) -> Floors:
@@ -81,8 +81,6 @@ def estimated_floors(found: TrussProfile, deployment: Deployment) -> Floors:
     holds the truss there.
     """
     time, angle, _ = exact_rows(found)
-    if time.size < 8:
-        return {}
     near, wide = (_heights_by_means(k, found, deployment) for k in (1, 2))
     floors = {}
     for key, (values, _) in wide.items():
@@ -166,39 +164,6 @@ def _digits(found: TrussProfile) -> dict[str, Array]:
     """By how much the digits of the rows leave open what they state."""
     measured = found.measured
     return {"angle": measured.rounding["angle"], **rounding_of_rates(measured)}
-
-
-def _by_rates(found: TrussProfile, deployment: Deployment) -> Floors:
-    """By differences of the speeds, and of the accelerations behind one row and before the next."""
-    time = found.measured.time
-
-    def read(rows: AngularMotion) -> dict[str, Array]:
-        _, truss = _deployed(found, deployment, rows).at(time)
-        return {
-            "speed": rows.speed,
-            "acceleration": rows.acceleration,
-            "rope-speed": truss.rope_speed,
-            "rope-acceleration": truss.rope_acceleration,
-        }
-
-    half = found.measured.rounding["time"]
-    halves = _digits(found)
-    after, before = (_with_scatter(read, rows, halves) for rows in _stated(found))
-    floors = {}
-    for kind in ("", "rope-"):
-        speed, off = after[f"{kind}speed"]
-        # a time that is wrong is a speed that is
-        off = off + half * np.abs(before[f"{kind}acceleration"][0])
-        floors[f"peak-{kind}acceleration"] = proven_peak(time, speed, off, 1)
-
-        (first, first_off), (last, last_off) = (
-            side[f"{kind}acceleration"] for side in (after, before)
-        )
-        rise = np.abs(last[1:] - first[:-1]) - last_off[1:] - first_off[:-1]
-        longest = np.diff(time) + half[1:] + half[:-1]
-        steepest = float((np.maximum(rise, 0.0) / longest).max())
-        floors[f"peak-{kind}jerk"] = max(steepest, proven_peak(time, speed, off, 2))
-    return floors
 
 
 def _at_rows(found: TrussProfile, deployment: Deployment) -> Floors:

@@ -182,28 +182,25 @@ def _angles_of(
 def _refuse_lengths(
     measured: MeasuredProfile, found: tuple[float, float], rope: tuple[float, float]
 ) -> None:
-    (low, high), (shortest, longest) = found, rope
-    hint = ""
-    for factor, unit in ((1e-3, "mm"), (1e3, "km"), (1e-2, "cm")):
-        if shortest * 0.9 < high * factor < longest * 1.1:
-            hint = f"; these look like {unit}: write 'rope_length [{unit}]'" * (unit != "km")
-            hint = hint or "; these look like m: write 'rope_length [m]'"
-    travel = longest - shortest
-    room = BEYOND * travel
-    if not hint and abs(low) <= room and travel / 2 < high <= travel + room:
+    shortest, longest = rope
+    travel, (low, high) = longest - shortest, found
+    units = {"mm": 1e-3, "m": 1e3, "cm": 1e-2}  # what is in metres may be headed as millimetres
+    like = next((u for u, f in units.items() if shortest * 0.9 < high * f < longest * 1.1), "")
+    if like:
+        hint = f"these look like {like}: write 'rope_length [{like}]'"
+    elif abs(low) <= BEYOND * travel and 0.5 * travel < high <= (1.0 + BEYOND) * travel:
         hint = (
-            "; these look like lengths wound in, from 0 on: give the remaining rope length, "
+            "these look like lengths wound in, from 0 on: give the remaining rope length, "
             f"{longest:.6g} m minus the length wound in"
         )
-    if not hint:
+    else:
         hint = (
-            "; give the length of one rope, and the truss to which it belongs, or correct the "
-            "column"
+            "give the length of one rope, and the truss to which it belongs, or correct the column"
         )
     refuse(
         measured.path,
         f"has rope lengths from {low:.6g} to {high:.6g} m, but the rope of this truss is "
-        f"{longest:.6g} m long when stowed and {shortest:.6g} m when open{hint}",
+        f"{longest:.6g} m long when stowed and {shortest:.6g} m when open; {hint}",
     )
 
 

@@ -35,15 +35,31 @@ def noisy_peak(time: Array, values: Array, deviations: Array, rounding: Array, o
     """
     highest, width = 0.0, float(max(order + 2, time.size // NARROWEST))
     while width <= time.size:
-        found = _of_windows(time, values, deviations, rounding, order, int(width))
+        found = peak_by_windows(time, values, deviations, rounding, order, int(width))
         highest, width = max(highest, found), width * GROWTH + 1
     return highest
 
 
-def _of_windows(
+def proven_peak(time: Array, values: Array, wrong: Array, order: int) -> float:
+    """What the peak of a derivative is at least, whatever the curve between the rows does.
+
+    The narrowest windows give divided differences.
+
+    Parameters
+    ----------
+    time, values : (m,)
+    wrong : (m,)
+        By how much each value may be wrong.
+    order : int
+        Of the derivative.
+    """
+    return peak_by_windows(time, values, np.zeros_like(wrong), wrong, order, order + 1)
+
+
+def peak_by_windows(
     time: Array, values: Array, deviations: Array, rounding: Array, order: int, width: int
 ) -> float:
-    """The same by the windows of so many rows."""
+    """The same as `noisy_peak` by the windows of so many rows."""
     starts = np.arange(0, time.size - width + 1, max(1, width // SHIFTS))
     places = starts[:, None] + np.arange(width)
     begin = time[places[:, :1]]

@@ -41,11 +41,7 @@ class NoiseEstimate(NamedTuple):
 
 
 def differences(time: Array, order: int) -> tuple[Any, Array]:
-    """Places (w, order + 1) and weights of the divided differences of an order.
-
-    The difference times order! is a mean of that derivative over its window, with weights that are
-    positive: no curve through the rows has a smaller peak of it.
-    """
+    """Places (w, order + 1) and weights of the divided differences of an order."""
     count = time.size - order
     starts = np.unique(np.linspace(0, count - 1, min(count, MOST)).round().astype(int))
     places = starts[:, None] + np.arange(order + 1)
@@ -59,25 +55,6 @@ def differences(time: Array, order: int) -> tuple[Any, Array]:
         gap[:, k] = 1.0
         products *= gap
     return places, 1 / (products * length**order)
-
-
-def proven_peak(time: Array, values: Array, scatter: Array, order: int) -> float:
-    """What the peak of a derivative is at least, whatever the curve between the rows does.
-
-    Parameters
-    ----------
-    time, values : (m,)
-    scatter : (m,)
-        By which each value may be wrong.
-    order : int
-        Of the derivative.
-    """
-    if time.size <= order:
-        return 0.0
-    places, weights = differences(time, order)
-    found = np.abs((weights * values[places]).sum(axis=1))
-    wrong = (np.abs(weights) * scatter[places]).sum(axis=1)
-    return float(math.factorial(order) * np.maximum(found - wrong, 0.0).max())
 
 
 def steepest_slopes(time: Array, values: Array) -> Array:

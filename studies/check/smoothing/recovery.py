@@ -112,10 +112,8 @@ class Recovered:
         return CERTAIN * float(self.fit.deviation(np.array([time]), order)[0])
 
     def band(self, order: int) -> tuple[Array, Array]:
-        """Instants, and half-widths of the band that holds a derivative everywhere at once."""
-        if self.fit is None:
-            grid = np.linspace(0.0, self.law.duration, INSTANTS)
-            return grid, np.zeros_like(grid)
+        """Instants, and half-widths of the band that holds a derivative of smoothed rows."""
+        assert self.fit is not None
         return self.fit.grid, self.fit.band(order)
 
     def ranges(self, histories: Histories, peaks: Array) -> dict[str, tuple[float, float]]:

@@ -28,7 +28,6 @@ PENALISED = 4  # order of the derivative whose square is the roughness
 SHARE = 0.95  # of curves that lie within a band, everywhere at once
 DRAWS = 400  # of curves, for the width of a band
 GRID = 1001  # instants at which a band is worked out
-CHUNK = 200_000  # rows whose basis is held at a time
 WEIGHTS = np.linspace(-50.0, 30.0, 161)  # logarithms of l that are tried first
 _GAUSS = 6  # points an interval; exact for the squared fourth derivative of a quintic
 
@@ -110,14 +109,15 @@ def smooth(
 
     # equal parts of the first value are taken out, so that squares lose no digits
     level = float(values[0])
-    data = _Data(knots, tied, time, values - level, scale)
-    gram, moment, _ = data.sums(np.zeros(tied.shape[1]))
+    basis = BSpline.design_matrix(time, knots, DEGREE).multiply(1 / scale[:, None]).tocsr()
+    data = (values - level) / scale
+    gram = tied.T @ (basis.T @ basis).toarray() @ tied
     rough = _roughness(knots, edges, tied)
 
     # a knot interval without data would leave its coefficients open
     gram += 1e-14 * np.trace(gram) / len(gram) * np.eye(len(gram))
     root = cholesky(gram, lower=True)
-    rough_free, outside = data.least_squares(root, moment)
+    rough_free, outside = _least_squares(basis, data, tied, root)
 
     # modes in which both data and roughness are diagonal (Demmler and Reinsch)
     half = solve_triangular(root, rough, lower=True)
@@ -183,42 +183,14 @@ def _basis(knots: Array, time: Array, order: int = 0) -> Array:
     return np.asarray(every(time, nu=order))
 
 
-@dataclass(frozen=True, eq=False)
-class _Data:
-    """The data as least squares see them, chunk by chunk: millions of rows need no memory."""
-
-    knots: Array
-    tied: Array
-    time: Array
-    values: Array
-    scale: Array
-
-    def sums(self, coefficients: Array) -> tuple[Array, Array, float]:
-        """Gram matrix, and moments and sum of squares of what some coefficients leave."""
-        size = len(self.knots) - DEGREE - 1
-        gram, moment, square = np.zeros((size, size)), np.zeros(size), 0.0
-        all_coefficients = self.tied @ coefficients
-        for start in range(0, self.time.size, CHUNK):
-            part = slice(start, start + CHUNK)
-            weight = 1 / self.scale[part]
-            basis = BSpline.design_matrix(self.time[part], self.knots, DEGREE)
-            basis = basis.multiply(weight[:, None]).tocsr()
-            left = self.values[part] * weight - basis @ all_coefficients
-            gram += (basis.T @ basis).toarray()
-            moment += basis.T @ left
-            square += float(left @ left)
-        return self.tied.T @ gram @ self.tied, self.tied.T @ moment, square
-
-    def least_squares(self, root: Array, moment: Array) -> tuple[Array, float]:
-        """Coefficients without smoothing, refined once, and the sum of squares they leave."""
-
-        def solved(right: Array) -> Array:
-            half = solve_triangular(root, right, lower=True)
-            return np.asarray(solve_triangular(root.T, half, lower=False))
-
-        coefficients = solved(moment)
-        coefficients += solved(self.sums(coefficients)[1])
-        return coefficients, self.sums(coefficients)[2]
+def _least_squares(basis: Any, data: Array, tied: Array, root: Array) -> tuple[Array, float]:
+    """Coefficients without smoothing, refined once, and the sum of squares that they leave."""
+    coefficients, left = np.zeros(tied.shape[1]), data
+    for _ in range(2):
+        half = solve_triangular(root, tied.T @ (basis.T @ left), lower=True)
+        coefficients = coefficients + solve_triangular(root.T, half, lower=False)
+        left = data - basis @ (tied @ coefficients)
+    return coefficients, float(left @ left)
 
 
 def _roughness(knots: Array, edges: Array, tied: Array) -> Array:
