@@ -1,7 +1,5 @@
 """Anyone's profile: read, its noise smoothed, and held against caps, models and optima."""
 
-from dataclasses import replace
-
 from studies.common.study import Study
 from studies.truss.command import RING
 
@@ -17,6 +15,6 @@ STUDY = Study(
     also={"check-arm": "studies.arm.command:ARM"},
     figures="studies.check.figures:draw",
     answers="profile",
-    mechanism=replace(RING, page="studies.check.page"),
+    mechanism=RING,
     command="studies.check.command",
 )

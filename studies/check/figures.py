@@ -5,29 +5,18 @@ Every figure is drawn from a result, whether it was just made or loaded.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from models.laws import Hermite
 from ocp.arrays import Array
-from studies.common.drawing import label_axes, legend_below
+from studies.common.drawing import label_axes, look
 from studies.common.result import Result
-from studies.truss.config import TrussStudy, study_from
-from studies.truss.figures import (
-    force_figure,
-    label_times,
-    overview_figure,
-    rope_figure,
-    styled,
-    times,
-)
+from studies.truss.figures import angle_figure, force_figure, overview_figure, rope_figure, times
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import BEFORE, RATES, paper_laws_of, stored_law
+from studies.truss.motions.laws import deployments_of
 
-OPTIMUM = "optimal"
 ROUNDING = 1e-6  # [mrad], below which a distance of rows that are taken as exact is rounding
 SHADE = 0.25  # of a band
 
@@ -40,29 +29,14 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
         yield from motion_figures(result)
         return
 
-    study = study_from(result.configuration)
     columns = {name: series.values for name, series in result.arrays.items()}
+    caps = {row.key: row.cap for row in result.table if row.cap is not None}
     laws = deployments_of(result)
     yield "rows", rows_figure(result, laws[0], columns)
-    yield "motion", motion_figure(study, laws, columns)
-    yield "rope", rope_figure(laws)
-    yield "force", force_figure(laws)
-    yield "overview", overview_figure(laws)
-
-
-def deployments_of(result: Result) -> list[Deployment]:
-    """The profile, the optimum where there is one, and the paper's laws."""
-    study = study_from(result.configuration)
-    columns = {name: series.values for name, series in result.arrays.items()}
-    law = stored_law(columns)
-    laws = [Deployment(result.laws[0], law, study.truss)]
-    if f"{OPTIMUM}/time" in columns:
-        time, angle, speed, after, before = (
-            columns[f"{OPTIMUM}/{name}"] for name in ("time", "angle", *RATES, BEFORE)
-        )
-        best = Hermite(time, angle, speed, after, before)
-        laws.append(Deployment(OPTIMUM, best, study.truss))
-    return [*laws, *paper_laws_of(study, law.duration)]
+    yield "motion", motion_figure(laws, caps, columns)
+    yield "rope", rope_figure(laws, caps)
+    yield "force", force_figure(laws, caps)
+    yield "overview", overview_figure(laws, caps)
 
 
 def rows_figure(result: Result, profile: Deployment, columns: Mapping[str, Array]) -> Figure:
@@ -99,35 +73,16 @@ def rows_figure(result: Result, profile: Deployment, columns: Mapping[str, Array
 
 
 def motion_figure(
-    study: TrussStudy, laws: list[Deployment], columns: Mapping[str, Array]
+    laws: Sequence[Deployment], caps: Mapping[str, float], columns: Mapping[str, Array]
 ) -> Figure:
     """Angle, speed and acceleration of all laws, with the profile's bands and the caps."""
-    figure = Figure(figsize=(12.9, 3.8), dpi=150, layout="constrained")
-    figure.suptitle(f"{laws[0].name} compared with the optimum and the paper's laws", fontsize=12)
-    axes = list(figure.subplots(1, 3))
-    for deployment, colour, style in styled(laws):
-        t = times(deployment)
-        motion = deployment.law.motion(t)
-        histories = (np.degrees(motion.angle), motion.speed, motion.acceleration)
-        for panel, history in zip(axes, histories, strict=True):
-            panel.plot(t, history, style, color=colour, label=deployment.name)
-        if deployment is laws[0] and "band/time" in columns:
-            _shade(axes, deployment, columns, colour)
-
-    for panel, cap in zip(axes[1:], (study.caps.speed, study.caps.acceleration), strict=True):
-        for sign in (1, -1) if cap is not None else ():
-            panel.axhline(sign * cap, color="0.4", lw=0.8, ls=":")  # type: ignore[operator]
-    label_times(axes, ("angle α [deg]", "angular speed [rad/s]", "angular acceleration [rad/s²]"))
-    legend_below(figure, axes[0])
-    return figure
-
-
-def _shade(axes: list[Any], profile: Deployment, columns: Mapping[str, Array], colour: str) -> None:
+    figure, law = angle_figure(laws, caps), laws[0].law
+    if "band/time" not in columns:
+        return figure
     t = columns["band/time"]
-    motion = profile.law.motion(np.minimum(t, profile.law.duration))
-    for panel, values, name in (
-        (axes[1], motion.speed, "speed"),
-        (axes[2], motion.acceleration, "acceleration"),
-    ):
-        width = columns[f"band/{name}"]
+    motion, (colour, _) = law.motion(np.minimum(t, law.duration)), look(laws[0].name)
+    _, *panels = figure.axes
+    for panel, name in zip(panels, ("speed", "acceleration"), strict=True):
+        values, width = getattr(motion, name), columns[f"band/{name}"]
         panel.fill_between(t, values - width, values + width, color=colour, alpha=SHADE, lw=0)
+    return figure

@@ -8,12 +8,10 @@ from studies.common.exit_codes import StudyError
 from studies.truss.checks import broken_caps
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import deployment_of
+from studies.truss.motions.laws import OPTIMUM, deployment_of
 from studies.truss.search.motion_search import best_motion
 from studies.truss.search.proofs import check_some_optimum
 from studies.truss.search.question import Question
-
-OPTIMUM = "optimal"
 
 
 def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, str]:

@@ -24,7 +24,7 @@ from studies.check.floors import (
     sign,
 )
 from studies.check.judgement import PROFILE, judged
-from studies.check.optimum import OPTIMUM, optimum_of
+from studies.check.optimum import optimum_of
 from studies.check.reading.profile import MeasuredProfile
 from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
@@ -44,7 +44,7 @@ from studies.truss.limits.tolerances import (
 )
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile
-from studies.truss.motions.laws import BEFORE, RATES, deployment_of, paper_laws_of
+from studies.truss.motions.laws import BEFORE, OPTIMUM, RATES, deployment_of, paper_laws_of
 from studies.truss.quantities import QUANTITIES, Quantity
 
 MOST_ROWS = 4000  # of the file that are kept for the figures

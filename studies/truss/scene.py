@@ -47,14 +47,10 @@ _SIGNED = {"angular_acceleration", "angular_jerk", "rope_acceleration", "reactio
 
 
 def charts(result: Result) -> tuple[Chart, ...]:
-    """All curves of the result and of the paper's laws."""
+    """All curves of the result and of the laws beside it; its own law is the first."""
     if "angle" not in result.arrays:
         return charts_of_arrays(result)
-    return charts_of(result, deployments_of(result))
-
-
-def charts_of(result: Result, deployments: Sequence[Deployment]) -> tuple[Chart, ...]:
-    """All curves of a result and of the laws beside it; its own law is the first."""
+    deployments = deployments_of(result)
     profiles = _profiles(result, deployments)
     found = [_chart(result, name, profiles) for name in SHOWN]
     paths = _force_against_speed(profiles), *_torque_against_speed(deployments)

@@ -38,6 +38,7 @@ EXACT = 1e-9  # [rad]: jerks that integrate to the angles this closely are the l
 FITTING = 1e-4  # [rad], in sum: speeds and accelerations that give the steps of the angle are used
 RATES = ("angular_speed", "angular_acceleration")
 BEFORE = "angular_acceleration_before"
+OPTIMUM = "optimal"  # beside a profile that was checked, whose columns have their own names
 JERKS = ("angular_jerk", "angular_jerk_before")
 
 
@@ -87,7 +88,7 @@ def deployment_of(name: str, law: Law, study: TrussStudy) -> Deployment:
 
 
 def deployments_of(result: Result) -> list[Deployment]:
-    """The law of a result and the paper's laws, on the truss of its study.
+    """The law of a result, the optimum stored beside it, and the paper's laws, of its study.
 
     Raises
     ------
@@ -95,8 +96,18 @@ def deployments_of(result: Result) -> list[Deployment]:
         If the result has no profile.
     """
     study, law = study_of(result), law_of_result(result)
-    own = deployment_of(result.laws[0], law, study)
-    return [own, *paper_laws_of(study, law.duration)]
+    laws, columns = {result.laws[0]: law}, _columns_of(result)
+    if f"{OPTIMUM}/time" in columns:
+        time, angle, speed, after, before = (
+            columns[f"{OPTIMUM}/{name}"] for name in ("time", "angle", *RATES, BEFORE)
+        )
+        laws[OPTIMUM] = Hermite(time, angle, speed, after, before)
+    own = (deployment_of(name, one, study) for name, one in laws.items())
+    return [*own, *paper_laws_of(study, law.duration)]
+
+
+def _columns_of(result: Result) -> dict[str, Array]:
+    return {name: series.values for name, series in result.arrays.items()}
 
 
 def law_of_result(result: Result) -> Law:
@@ -107,7 +118,7 @@ def law_of_result(result: Result) -> Law:
     StudyError
         If the result has no profile.
     """
-    columns = {name: series.values for name, series in result.arrays.items()}
+    columns = _columns_of(result)
     if "angle" not in columns:
         raise StudyError("the result contains no profile to draw; run its study again")
     return stored_law(columns)
