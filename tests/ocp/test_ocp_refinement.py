@@ -231,6 +231,23 @@ def test_who_states_an_accuracy_or_seconds_gets_it(monkeypatch, asked):
     assert "would take" not in found.verdict
 
 
+def test_a_layer_at_the_start_of_a_phase_takes_few_meshes():
+    fast, slow, u = State("fast"), State("slow"), Control("u", lower=-5, upper=5)
+    rate = 1e3  # [1/s]: the layer takes 1e-3 of the phase; if intervals are halved, 4 meshes
+    phase = Phase(
+        "go",
+        {fast: -rate * (fast - slow), slow: u},
+        initial={fast: 2, slow: 0},
+        final={slow: 1},
+        end=1.0,
+    )
+    problem = Problem("layer", phase, minimise=phase.integral(u**2 + (fast - slow) ** 2))
+    found = solve(problem, settings=Settings(accuracy=1e-3))
+    # the slow state moves at a rate of 1, and the fast one decays from 2: 1 + 4 / (2 rate)
+    assert found.objective == pytest.approx(1 + 2 / rate, rel=1e-4)
+    assert len(found.mesh_iterations) <= 3
+
+
 ACCURACY = Accuracy()
 
 

@@ -36,6 +36,11 @@ _TELLING_DEGREE = 4
 # an interval takes the cube of this number, and two of half the degree together a quarter of that.
 _WORTHWHILE = 40
 _ANYWHERE = 5
+# If the error of the first interval of a phase is this factor above that of the next one, it
+# contains a layer in which fast states settle. It is cut at these places, because a halved one
+# would take a mesh for each factor of 2 to 4 in the error.
+_LAYER = 10.0
+_PARTS_OF_LAYER = np.array([1 / 16, 1 / 4])
 # An interval that keeps this part of its width beside a new bracket still stands for itself.
 WHOLE = 0.8
 # Of its end: intervals below this are not cut for their dynamics, because their breakpoints
@@ -56,6 +61,7 @@ class Marks:
         it has missed its switch.
     far : whether it is cut in four for its dynamics.
     at_end : whether it is cut for its control, near its end, in parts that get narrower.
+    at_start : whether it is cut for a layer at the start of the phase, in parts that get wider.
     degrees : to which its degree is raised.
     """
 
@@ -64,6 +70,7 @@ class Marks:
     forced: Flags
     far: Flags
     at_end: Flags
+    at_start: Flags
     degrees: Integers
 
     @classmethod
@@ -100,6 +107,10 @@ class Marks:
 
         # a cut there would be one more place for the breakpoint to stop at
         inexact, forced = inexact & ~on_its_way, forced & ~on_its_way
+        at_start = inexact & (ratio <= _FAR)
+        at_start[0] &= errors.dynamics[0] > _LAYER * errors.dynamics[1:2].min(initial=np.inf)
+        at_start[1:] = False
+
         width = np.diff(mesh.breakpoints)
         wide, inexact = width > NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
         return cls(
@@ -108,6 +119,7 @@ class Marks:
             forced=inexact | (forced & wide),
             far=inexact & (ratio > _FAR),
             at_end=~inexact & errors.at_end & (errors.gain >= least_gain),
+            at_start=at_start,
             degrees=raised,
         )
 
@@ -133,9 +145,10 @@ class Marks:
             split[:] = False
         parts = np.where(self.far[parent], 4, self.parts[parent])
 
+        marks = zip(self.at_end[parent], self.at_start[parent], parts, strict=True)
         shares = [
-            PARTS[1:-1] if at_end else np.arange(1, count) / count
-            for at_end, count in zip(self.at_end[parent], parts, strict=True)
+            PARTS[1:-1] if end else _PARTS_OF_LAYER if start else np.arange(1, count) / count
+            for end, start, count in marks
         ]
         cuts = [points[k] + width[k] * shares[k] for k in np.flatnonzero(split)]
         refined = np.sort(np.concatenate([points, *cuts]))
