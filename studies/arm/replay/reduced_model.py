@@ -30,6 +30,7 @@ from models.arm.reduced_simulation import Method, ReducedMotion, reduced_modes
 from ocp.arrays import Array
 from studies.arm.replay.full_model import Drive, Motion
 from studies.arm.stage import ELBOW, ROOT, Stage
+from studies.common.processes.pool import interrupts_wait
 
 Factors = tuple[float, float, float]
 """(big stiffness, small stiffness, tip mass) of an arm over the nominal one's."""
@@ -235,7 +236,8 @@ def runge_kutta(rate: ca.Function, compiled: bool = False) -> ca.Function:
     third = rate(y + step / 2 * second, given[:, 1], factors)
     fourth = rate(y + step * third, given[:, 2], factors)
     after = y + step / 6 * (first + 2 * second + 2 * third + fourth)
-    return ca.Function("step", [y, given, factors, step], [after], _options(compiled))
+    with interrupts_wait():  # Ctrl-C would end the compiler, and the function would not be built
+        return ca.Function("step", [y, given, factors, step], [after], _options(compiled))
 
 
 def arm_equations(stage: Stage, drive: Drive, compiled: bool = False) -> ArmEquations:

@@ -47,7 +47,7 @@ class ProcessPool:
         """Have functions called with their arguments; it starts the processes."""
         futures = []
         for function, given in calls:
-            with _interrupts_wait():
+            with interrupts_wait():
                 futures.append(self._executor.submit(function, *given))
             self._processes |= self._started()  # now, as one may die before the next call
         return futures
@@ -77,7 +77,7 @@ class ProcessPool:
 
 
 @contextmanager
-def _interrupts_wait() -> Iterator[None]:
+def interrupts_wait() -> Iterator[None]:
     """Let Ctrl-C wait meanwhile, and for ever in all that starts: it is for this process alone.
 
     A process begins with the signals that its parent lets wait. No code of its own is needed, so
