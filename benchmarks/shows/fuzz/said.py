@@ -14,8 +14,8 @@ def faults_of(code: int, said: str) -> list[str]:
     faults = []
     if code == ExitCode.INTERNAL or code not in set(ExitCode):
         faults.append(f"exit code {code}: {said.strip().splitlines()[-1:]}")
-    if TRACEBACK.search(said):
-        faults.append("a traceback or the name of an error")
+    if found := TRACEBACK.search(said):
+        faults.append(f"a traceback or the name of an error: {said[found.start() :][:LONGEST]!r}")
     messages = [line for line in said.splitlines() if line.startswith(MARK)]
     if code != ExitCode.OK and not messages and code != ExitCode.NOT_VERIFIED:
         faults.append(f"exit code {code} without a message")
