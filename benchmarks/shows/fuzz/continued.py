@@ -74,14 +74,17 @@ def answer(question: Question, folder: Path) -> Row:
     words = [*name.split(), *(w.replace("STUDY", "study.toml") for w in WORDS[name])]
     words = [*words, "--no-figures", "--results"]
     whole = folder / "whole"
-    alone = _ended([*words, str(whole)], None, 0, folder)
+    alone = _ended([*words, str(whole)], None, 0, folder / "alone.txt")
 
-    kept, faults, legs = folder / "kept", [], []
+    kept, faults = folder / "kept", []
+    legs: list[Row] = []
     go_on = anew = [*words, str(kept)]
     for end in [*question["ends"], None]:
         before = _files(kept)
         at = None if end is None else BEGIN + end["at"] * alone["in all"]
-        leg = _ended(go_on, at, 0 if end is None else end["signal"], folder)
+        # a file of its own: what has served a killed run may still write a last line
+        number, said = 0 if end is None else end["signal"], folder / f"run_{len(legs)}.txt"
+        leg = _ended(go_on, at, number, said)
         legs.append(leg)
         now = _files(kept)
         # a verified result of an arm keeps none
@@ -111,10 +114,16 @@ def answer(question: Question, folder: Path) -> Row:
     }
 
 
-def _ended(words: Sequence[str], at: float | None, number: int, folder: Path) -> Row:
-    """A command that is ended at a moment [s of processor time], or left alone."""
-    with (folder / "said.txt").open("w+", encoding="utf-8") as said:
-        row = ended_at(words, float("inf") if at is None else at, folder, said.fileno(), number)
+def _ended(words: Sequence[str], at: float | None, number: int, file: Path) -> Row:
+    """A command that is ended at a moment [s of processor time], or left alone.
+
+    Parameters
+    ----------
+    file : for what it says, in the folder in which it works.
+    """
+    with file.open("w+", encoding="utf-8") as said:
+        at = float("inf") if at is None else at
+        row = ended_at(words, at, file.parent, said.fileno(), number)
         said.seek(0)
         return {**row, "said": said.read()}
 
