@@ -37,7 +37,7 @@ from ocp.transcription.transcribe import Transcription
 
 # While the last mesh was off by this much, or by so many tolerances, the next one is about to be
 # replaced, too.
-_FAR, _FAR_IN_TOLERANCES = 1e-3, 100.0
+_FAR, _FAR_IN_TOLERANCES = 1e-3, 1000.0
 
 # Times that a mesh without errors is solved again because its objective was far from its size.
 _SIZINGS = 4

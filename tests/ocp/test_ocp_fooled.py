@@ -240,7 +240,7 @@ CASES = {
     "flat guess": (_flat, "passed", ""),
     "concave kink": (_ridge, "refused", "a second solve"),
     "sign": (_sign, "refused", "jumps"),
-    "steep": (_steep, "refused", "a second solve"),
+    "steep": (_steep, "refused", "Hamiltonian of 'move'"),
     "floor": (_floor, "passed", ""),
     "wrong mode": (_wells, "refused", "other controls"),
     "dead zone": (_dead_zone, "refused", "other controls"),
