@@ -16,7 +16,7 @@ import numpy as np
 
 from models.laws import Bezier, paper_points
 from models.ring_on_arm import RingOnArm, arm_motion
-from models.truss import rope_force, rope_leverage
+from models.truss import TrussParameters, rope_force, rope_leverage
 
 SLACK = 0.75  # of the intervals, before the net becomes taut
 FORCE = 20.0  # [N], size of the rope force
@@ -75,12 +75,7 @@ def least_peak(
         positive += [highest - ca.vec(peaks), highest + ca.vec(peaks), ca.vec(pulls)]
         positive += [1 - sign * ca.vec(one) for one in capped for sign in (-1, 1)]
 
-    # rest at both ends; only arm and acceleration are free where the net becomes taut
-    low, high = np.full((11, intervals + 1), -np.inf), np.full((11, intervals + 1), np.inf)
-    low[9] = 0.0
-    low[:, 0] = high[:, 0] = np.append(np.zeros(8), [stowed, 0.0, 0.0]) / sizes
-    low[8:, -1] = high[8:, -1] = np.array([math.pi / 2, 0.0, 0.0]) / sizes[8:]
-    low[8, first] = high[8, first] = truss.net_angle / sizes[8]
+    low, high = _bounds(truss, sizes, first, intervals)
     edges = np.concatenate(
         [
             np.linspace(0.0, net_time, first + 1),
@@ -108,6 +103,16 @@ def least_peak(
         ubg=np.append(np.zeros(equations), np.full(rows.numel() - equations, np.inf)),
     )
     return peak[1] * float(found["x"][-1])
+
+
+def _bounds(truss: TrussParameters, sizes: Any, first: int, intervals: int) -> tuple[Any, Any]:
+    """Of the states: rest at both ends, and the angle at which the net becomes taut."""
+    low, high = np.full((11, intervals + 1), -np.inf), np.full((11, intervals + 1), np.inf)
+    low[9] = 0.0
+    low[:, 0] = high[:, 0] = np.append(np.zeros(8), [truss.stowed_angle, 0.0, 0.0]) / sizes
+    low[8:, -1] = high[8:, -1] = np.array([math.pi / 2, 0.0, 0.0]) / sizes[8:]
+    low[8, first] = high[8, first] = truss.net_angle / sizes[8]
+    return low, high
 
 
 def _interval(
